@@ -31,25 +31,16 @@ def edge_arcs(problem: ContactProblem) -> tuple[Array, Array]:
     The tip corner itself comes first.
     """
     pair = problem.pair
-    driver_start, driven_start = pair.path_start, pair.line_of_action - pair.path_end
-    return (
+    starts = pair.path_start, pair.line_of_action - pair.path_end
+    driver, driven = (
         np.concatenate(
-            [
-                _edges(
-                    pair.driver, problem.driver_tip_relief, problem.driver_root_relief
-                ),
-                _profile_edges(pair.driver, problem.driver_profile, driver_start),
-            ]
-        ),
-        np.concatenate(
-            [
-                _edges(
-                    pair.driven, problem.driven_tip_relief, problem.driven_root_relief
-                ),
-                _profile_edges(pair.driven, problem.driven_profile, driven_start),
-            ]
-        ),
+            [_edges(gear, *flank.reliefs), _profile_edges(gear, flank.profile, start)]
+        )
+        for gear, flank, start in zip(
+            (pair.driver, pair.driven), problem.flanks, starts, strict=True
+        )
     )
+    return driver, driven
 
 
 def _edges(gear: SpurGear, *reliefs: Relief | None) -> Array:
@@ -80,7 +71,7 @@ def _spall_edges(
     number = np.floor(cycle.position).astype(np.int64)[:, None] - cycle.teeth
     pair = problem.pair
     for i, (gear, faults) in enumerate(
-        ((pair.driver, problem.driver_faults), (pair.driven, problem.driven_faults))
+        ((pair.driver, problem.driver.faults), (pair.driven, problem.driven.faults))
     ):
         for tooth, spalls in faults.spalls.items() if faults else ():
             ends = [end for spall in spalls for end in (spall.start, spall.end)]
@@ -150,7 +141,7 @@ def edge_pairs(
             strict=True,
         )
     )
-    compliance = 1.0 / problem.driver.modulus + 1.0 / problem.driven.modulus
+    compliance = sum(1.0 / flank.compliance.modulus for flank in problem.flanks)
     # half-width along the flanks, Johnson (1985) eq. (4.43)
     radius = 1.0 / np.maximum(1.0 / s1 + 1.0 / s2, 1e-300)
     half_width = np.sqrt(4.0 / np.pi * load * compliance * radius)

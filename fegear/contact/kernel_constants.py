@@ -9,7 +9,7 @@ import numpy as np
 
 from fegear.contact.problem import ContactProblem
 from fegear.gearset.faults.tooth_faults import MAX_SPALLS
-from fegear.gearset.model import Relief
+from fegear.gearset.modifications import Relief
 from lumped.common.array_types import Array, Indices
 from meshes import SpurGear
 
@@ -58,7 +58,7 @@ def kernel_constants(
     of_pairs = np.tile(flanks, (pairs, 1)).view(np.recarray)
     count = tables.shape[3]
     changes = np.zeros((2, 2, 0, count, count))
-    faults = problem.driver_faults, problem.driven_faults
+    faults = problem.driver.faults, problem.driven.faults
     for gear, teeth in enumerate(conditions.teeth or ()):
         of_gear = faults[gear]
         if of_gear is None:
@@ -81,7 +81,7 @@ def with_rootward(constants: Constants, problem: ContactProblem) -> Constants | 
     """
     from fegear.elasticity.cache import cached_rootward_compliance
 
-    origins = problem.driver.origin, problem.driven.origin
+    origins = [flank.compliance.origin for flank in problem.flanks]
     rootward = [[cached_rootward_compliance(o)] for o in origins if o is not None]
     if len(rootward) < 2:
         return None
@@ -103,16 +103,10 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
         problem.corner_contact,
     )
     gears = (pair.driver, pair.driven)
-    compliances = (problem.driver, problem.driven)
-    reliefs = [
-        (problem.driver_tip_relief, problem.driver_root_relief),
-        (problem.driven_tip_relief, problem.driven_root_relief),
-    ]
-    profiles = (problem.driver_profile, problem.driven_profile)
     lowest = lowest_rolls(problem)
     flanks = np.zeros(2, FLANK).view(np.recarray)
-    for i, (gear, c) in enumerate(zip(gears, compliances, strict=True)):
-        tip, root = reliefs[i]
+    for i, (gear, flank) in enumerate(zip(gears, problem.flanks, strict=True)):
+        c, (tip, root) = flank.compliance, flank.reliefs
         flanks[i] = (
             gear.base_radius,
             gear.tip_roll_length,
@@ -127,10 +121,15 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
             gear.form_roll_length if gear.is_undercut else 0.0,
             _relief_record(tip, gear.tip_roll_length),
             _relief_record(root, lowest[i]),
-            profile_record(profiles[i], lowest[i], gear.tip_roll_length),
+            profile_record(flank.profile, lowest[i], gear.tip_roll_length),
             NO_SPALLS,
         )
-    tables = np.array([[c.normal, c.tangential] for c in compliances])
+    tables = np.array(
+        [
+            [flank.compliance.normal, flank.compliance.tangential]
+            for flank in problem.flanks
+        ]
+    )
     return mesh[0], flanks, tables
 
 

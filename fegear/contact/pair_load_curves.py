@@ -97,12 +97,17 @@ class _Request:
 
 def _teeth(problem: ContactProblem) -> tuple[object, ...] | None:
     """All of a problem that load curves depend on; None where it cannot be told."""
-    held = problem.driver.origin is not None and problem.driven.origin is not None
-    if not held or problem.driver_faults or problem.driven_faults:
+    flanks = problem.flanks
+    if any(flank.compliance.origin is None or flank.faults for flank in flanks):
         return None
-    values = {f.name: getattr(problem, f.name) for f in fields(problem)}
-    values |= {"driver": problem.driver.origin, "driven": problem.driven.origin}
-    return tuple(v for name, v in values.items() if "pitch_errors" not in name)
+    values = [
+        getattr(problem, f.name)
+        for f in fields(problem)
+        if f.name not in ("driver", "driven")
+    ]
+    for flank in flanks:
+        values += [flank.compliance.origin, *flank.reliefs, flank.profile, flank.offset]
+    return tuple(values)
 
 
 @lru_cache(maxsize=MAX_KEPT)

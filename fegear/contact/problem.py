@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from fegear.contact.offset_centers import CenterOffset
 from fegear.contact.tooth_faults import ToothFaults
 from fegear.elasticity.flank import FlankCompliance
-from fegear.gearset.modifications import FlankProfile, Relief
+from fegear.gearset.modifications import FlankModifications
 from lumped.common.array_types import Array, Indices
 from meshes import GearPair
 
@@ -20,52 +20,52 @@ class ContactFailure(ArithmeticError):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ContactFlank(FlankModifications):
+    """The flanks of one gear in contact.
+
+    pitch_errors : material missing on the drive flank of each tooth, and too much on
+        its back flank, or empty; tooth 0 of both gears forms the reference pair and
+        teeth count in the order in which they come into contact
+    faults : teeth that differ from the others, or None
+    offset : centre off the axis of rotation, or None
+    """
+
+    compliance: FlankCompliance
+    pitch_errors: tuple[float, ...] = ()
+    faults: ToothFaults | None = None
+    offset: CenterOffset | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class ContactProblem:
     """Two flanks in contact; lengths in metres.
 
-    driver, driven : flank compliances, both with equally many points
+    driver, driven : flanks, whose compliances have equally many points
     face_width : common width of the pair
     friction : Coulomb coefficient
     corner_contact : whether tip corners touch outside the nominal path
     nodes : of the contact patch of each tooth pair
-    driver_pitch_errors, driven_pitch_errors : material missing on the drive flank
-        of each tooth, and too much on its back flank, or empty; tooth 0 of both gears
-        forms the reference pair and teeth count in the order in which they come into
-        contact
-    driver_faults, driven_faults : teeth that differ from the others, or None
-    driver_offset, driven_offset : centre off the axis of rotation, or None
     plane_stress_pressure, plane_strain_pressure : contact pressure in that plane over
         that in the plane of the compliances; material below a narrow contact is in
         plane strain
     """
 
     pair: GearPair
-    driver: FlankCompliance
-    driven: FlankCompliance
+    driver: ContactFlank
+    driven: ContactFlank
     face_width: float
-    driver_tip_relief: Relief | None = None
-    driver_root_relief: Relief | None = None
-    driven_tip_relief: Relief | None = None
-    driven_root_relief: Relief | None = None
-    driver_profile: FlankProfile | None = None
-    driven_profile: FlankProfile | None = None
     friction: float = 0.0
     corner_contact: bool = True
     nodes: int = 25
-    driver_pitch_errors: tuple[float, ...] = ()
-    driven_pitch_errors: tuple[float, ...] = ()
-    driver_faults: ToothFaults | None = None
-    driven_faults: ToothFaults | None = None
-    driver_offset: CenterOffset | None = None
-    driven_offset: CenterOffset | None = None
     plane_stress_pressure: float = 1.0
     plane_strain_pressure: float = 1.0
 
     def __post_init__(self) -> None:
-        if self.driver.normal.shape != self.driven.normal.shape:
+        shapes = [flank.compliance.normal.shape for flank in self.flanks]
+        if shapes[0] != shapes[1]:
             raise ValueError(
                 "driver and driven compliance must have equally many flank points, "
-                f"got {self.driver.normal.shape} and {self.driven.normal.shape}"
+                f"got {shapes[0]} and {shapes[1]}"
             )
         if not self.face_width > 0.0:
             raise ValueError(f"face_width must be positive, got {self.face_width}")
@@ -75,9 +75,14 @@ class ContactProblem:
             raise ValueError(f"nodes must be at least 5, got {self.nodes}")
 
     @property
+    def flanks(self) -> tuple[ContactFlank, ContactFlank]:
+        """Flanks of driver and driven gear."""
+        return self.driver, self.driven
+
+    @property
     def offsets(self) -> tuple[CenterOffset | None, CenterOffset | None]:
         """Centres of driver and driven gear off their axes of rotation."""
-        return self.driver_offset, self.driven_offset
+        return self.driver.offset, self.driven.offset
 
 
 @dataclass(frozen=True)

@@ -169,10 +169,12 @@ def kernel_torques(problem: ContactProblem, torque: Array, positions: int) -> Ar
 def with_back_flanks(problem: ContactProblem) -> ContactProblem:
     """The problem with the faults that back flanks have."""
     driver, driven = (
-        None if faults is None else faults.on_back_flanks
-        for faults in (problem.driver_faults, problem.driven_faults)
+        flank
+        if flank.faults is None
+        else replace(flank, faults=flank.faults.on_back_flanks)
+        for flank in problem.flanks
     )
-    return replace(problem, driver_faults=driver, driven_faults=driven)
+    return replace(problem, driver=driver, driven=driven)
 
 
 def different_teeth(
@@ -182,7 +184,7 @@ def different_teeth(
 
     back : of back flanks, as in `pair_gaps`
     """
-    faults = problem.driver_faults, problem.driven_faults
+    faults = problem.driver.faults, problem.driven.faults
     if faults == (None, None):
         return None
     number = teeth if back else -teeth
@@ -197,7 +199,7 @@ def different_teeth(
 
 def missing_pairs(problem: ContactProblem, different: PairTeeth) -> NDArray[np.bool_]:
     """Whether pairs lack a tooth of either gear, shaped as the teeth are."""
-    faults = problem.driver_faults, problem.driven_faults
+    faults = problem.driver.faults, problem.driven.faults
     missing = np.zeros(different.driver.shape, bool)
     for of_gear, teeth in zip(faults, different, strict=True):
         if of_gear is not None:
@@ -425,7 +427,7 @@ def pair_gaps(problem: ContactProblem, teeth: Indices, back: bool = False) -> Ar
     """
     # a pair ahead (k > 0) came into contact earlier
     number = teeth if back else -teeth
-    errors = problem.driver_pitch_errors, problem.driven_pitch_errors
+    errors = problem.driver.pitch_errors, problem.driven.pitch_errors
     return tooth_pair_gaps(*errors, number, back)
 
 

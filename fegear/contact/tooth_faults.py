@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.profiles import profile_record
-from fegear.gearset.model import FlankProfile
+from fegear.gearset.modifications import FlankProfile
 from lumped.common.array_types import Array, Indices
 from meshes.crack import Crack
 

@@ -71,7 +71,7 @@ def side_differences(
 def _gap_of_centers(problem: ContactProblem, position: Array, back: bool) -> Array:
     """Gap (m, p) in the m cycles after which it repeats [m]."""
     pair = problem.pair
-    offsets = problem.driver_offset, problem.driven_offset
+    offsets = problem.offsets
     turns = [
         gear.teeth
         for gear, offset in zip((pair.driver, pair.driven), offsets, strict=True)
@@ -94,7 +94,7 @@ def _numbered_teeth(
     problem: ContactProblem, pair_offsets: Indices, back: bool
 ) -> tuple[Indices, list[tuple[int, int]]]:
     """Numbers (k, n) of the pairs' teeth in the cycles, and the teeth by number."""
-    faults = problem.driver_faults, problem.driven_faults
+    faults = problem.driver.faults, problem.driven.faults
     cycles = np.arange(math.lcm(*(f.teeth for f in faults if f is not None)))
     pair = cycles - pair_offsets[:, None]
     different = different_teeth(problem, pair if back else -pair, back)

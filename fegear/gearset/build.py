@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 from fegear.files.errors import InputError, nearest
 from fegear.gearset.bearing_keys import rolling_bearing
@@ -13,7 +12,7 @@ from fegear.gearset.faults.building import faults_of
 from fegear.gearset.faults.checks import require_running
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
-from fegear.gearset.modifications import FlankProfile, Relief
+from fegear.gearset.modifications import FlankModifications, FlankProfile, Relief
 from fegear.gearset.pitch_errors import require_room
 from fegear.gearset.planetary.carriers import carrier_inferences, carrier_of
 from fegear.gearset.problems import shown
@@ -179,7 +178,7 @@ def _mesh(
         driver=driver,
         driven=driven,
         pair=pair,
-        **_modifications(entry, pair, folder),
+        **_flanks(entry, pair, folder),
         torques=torques,
         phase=_phase(entry, first=number == 0),
         center_line=_center_line(entry),
@@ -260,7 +259,7 @@ def _refusal(
 
 
 def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
-    """All four reliefs of a mesh by their names in `Mesh`."""
+    """All four reliefs of a mesh by their keys."""
     reliefs: dict[str, Relief | None] = {}
     for role in ("driver", "driven"):
         for place in ("tip", "root"):
@@ -271,15 +270,25 @@ def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
     return reliefs
 
 
-def _modifications(entry: MeshEntry, pair: GearPair, folder: Path) -> dict[str, Any]:
-    """Reliefs and profiles of a mesh by their names in `Mesh`."""
-    return {**_reliefs(entry, pair), **_profiles(entry, pair, folder)}
+def _flanks(
+    entry: MeshEntry, pair: GearPair, folder: Path
+) -> dict[str, FlankModifications]:
+    """Modifications of both gears of a mesh by their names in `Mesh`."""
+    reliefs, profiles = _reliefs(entry, pair), _profiles(entry, pair, folder)
+    return {
+        f"{role}_flank": FlankModifications(
+            tip_relief=reliefs[f"{role}_tip_relief"],
+            root_relief=reliefs[f"{role}_root_relief"],
+            profile=profiles[f"{role}_profile"],
+        )
+        for role in ("driver", "driven")
+    }
 
 
 def _profiles(
     entry: MeshEntry, pair: GearPair, folder: Path
 ) -> dict[str, FlankProfile | None]:
-    """Both profiles of a mesh by their names in `Mesh`."""
+    """Both profiles of a mesh by their keys."""
     profiles: dict[str, FlankProfile | None] = {}
     for role in ("driver", "driven"):
         name = f"{role}_profile"

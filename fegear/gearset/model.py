@@ -13,7 +13,11 @@ from fegear.gearset.field_checks import (
     require_positive,
     require_within,
 )
-from fegear.gearset.modifications import FlankProfile, Relief
+from fegear.gearset.modifications import (
+    UNMODIFIED,
+    FlankModifications,
+    Flanks,
+)
 from fegear.gearset.planetary.members import Member, Members
 from fegear.gearset.shaft_bodies import ShaftBody
 from lumped.bearings.rolling import BallBearing, RollerBearing
@@ -87,12 +91,8 @@ class Mesh:
     driven: int
     pair: GearPair
     backlash: float
-    driver_tip_relief: Relief | None = None
-    driver_root_relief: Relief | None = None
-    driven_tip_relief: Relief | None = None
-    driven_root_relief: Relief | None = None
-    driver_profile: FlankProfile | None = None
-    driven_profile: FlankProfile | None = None
+    driver_flank: FlankModifications = UNMODIFIED
+    driven_flank: FlankModifications = UNMODIFIED
     torques: tuple[float, ...] = ()
     phase: float | None = None
     center_line: float | None = None
@@ -110,6 +110,11 @@ class Mesh:
     @property
     def gears(self) -> tuple[int, int]:
         return self.driver, self.driven
+
+    @property
+    def flanks(self) -> Flanks:
+        """Modifications of driver and driven gear."""
+        return self.driver_flank, self.driven_flank
 
     @property
     def direction(self) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -80,3 +81,33 @@ class FlankProfile:
     @property
     def is_measured(self) -> bool:
         return bool(self.roll_lengths)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlankModifications:
+    """What is taken off the flanks of one gear in a mesh, of all teeth alike."""
+
+    tip_relief: Relief | None = None
+    root_relief: Relief | None = None
+    profile: FlankProfile | None = None
+
+    @property
+    def reliefs(self) -> tuple[Relief | None, Relief | None]:
+        """Tip relief and root relief."""
+        return self.tip_relief, self.root_relief
+
+    @property
+    def is_modified(self) -> bool:
+        return (*self.reliefs, self.profile) != (None, None, None)
+
+
+UNMODIFIED = FlankModifications()
+Flanks = tuple[FlankModifications, FlankModifications]  # of driver and driven gear
+
+
+def named_reliefs(flanks: Flanks) -> Iterator[tuple[str, Relief]]:
+    """Reliefs of driver and driven gear, by their keys in a mesh of a file."""
+    for role, flank in zip(("driver", "driven"), flanks, strict=True):
+        for place, relief in zip(("tip", "root"), flank.reliefs, strict=True):
+            if relief is not None:
+                yield f"{role}_{place}_relief", relief

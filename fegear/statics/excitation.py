@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from fegear.files.printable import printable
 from fegear.gearset.faults.checks import require_no_faults, without_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
+from fegear.gearset.modifications import UNMODIFIED
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import (
     mesh_errors,
@@ -26,7 +27,7 @@ from fegear.gearset.pitch_errors import (
 )
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.choices import PLANE, RESOLUTION
-from fegear.statics.gap_points import MODIFICATIONS, gap_points
+from fegear.statics.gap_points import gap_points
 from fegear.statics.mesh_table_files import read_mesh_table
 from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_exact
@@ -383,7 +384,7 @@ class Excitations:
         spec = gear_set.meshes[mesh]
         errors = mesh_errors(gear_set, mesh)
         gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
-        flanks = tuple(getattr(spec, name) for name in MODIFICATIONS)
+        flanks = spec.flanks
         settings = self.source.statics_of(gear_set, mesh)
         settings = replace(settings, positions=positions or settings.positions)
         place = _place(gear_set, mesh) if has_faults(gear_set, mesh) else None
@@ -438,7 +439,7 @@ class Excitations:
             stiffness = _widened(stiffness, wide)
         # unmodified teeth may touch where those with relief carry no load
         table = _with_gaps(solved, pair_teeth(stiffness))
-        relieved = any(getattr(gear_set.meshes[mesh], name) for name in MODIFICATIONS)
+        relieved = any(f.is_modified for f in gear_set.meshes[mesh].flanks)
         relieved |= has_faults(gear_set, mesh, GAP_FAULTS)
         how = self.source.relief_stiffness if relieved else "unmodified"
         return excitation_from_table(table, torque, 1, stiffness, errors, how)
@@ -552,8 +553,8 @@ def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
     Wear of all teeth alike is one.
     """
     meshes, gears = list(gear_set.meshes), list(gear_set.gears)
-    none: dict[str, Any] = dict.fromkeys(MODIFICATIONS)
-    meshes[mesh] = replace(meshes[mesh], **none)
+    plain = UNMODIFIED
+    meshes[mesh] = replace(meshes[mesh], driver_flank=plain, driven_flank=plain)
     for index in meshes[mesh].gears:
         faults = gears[index].faults
         if any(wear.tooth is None for wear in faults.worn):

@@ -58,7 +58,7 @@ def faulty_sides(
             _offset(gear_set, mesh, gear),
         )
         for gear, profile in zip(
-            spec.gears, (spec.driver_profile, spec.driven_profile), strict=True
+            spec.gears, (flank.profile for flank in spec.flanks), strict=True
         )
     )
     return driver, driven

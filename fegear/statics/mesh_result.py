@@ -212,8 +212,8 @@ class StaticsResult(Result):
     @property
     def reciprocity_error(self) -> float:
         """Largest relative difference of deflections where loads change places."""
-        flanks = self.problem.driver, self.problem.driven
-        return max(flank.reciprocity_error for flank in flanks)
+        flanks = self.problem.flanks
+        return max(flank.compliance.reciprocity_error for flank in flanks)
 
     @property
     def torque_balance(self) -> float:

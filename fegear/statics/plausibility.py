@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fegear.files.codes import with_code
+from fegear.gearset.modifications import named_reliefs
 from fegear.gearset.pitch_errors import tooth_pair_errors
 from meshes.pairing import tip_clearance
 
@@ -27,10 +28,6 @@ MAX_PRESSURE = 10.0 * MAX_STEEL_PRESSURE
 # carried by asperities, and no tool makes it
 MIN_ROUGHNESS = 0.05e-6
 MIN_RELIEF_SHARE = 0.01  # of the deflection, which a relief changes
-RELIEFS = (
-    *("driver_tip_relief", "driver_root_relief"),
-    *("driven_tip_relief", "driven_root_relief"),
-)
 # relative, of what two laws of mechanics give for the same quantity
 MAX_IMBALANCE = 1e-3
 MAX_ERROR_ESTIMATE = 1e-2  # relative, of what two meshes give for it
@@ -108,10 +105,7 @@ def unit_warnings(solved: StaticsResult) -> Iterator[str]:
             "the roughness of the smoothest flanks; the unit of the torque is N m",
         )
     limit = MAX_DEFLECTION * solved.problem.pair.driver.module
-    for key in RELIEFS:
-        relief = getattr(solved.problem, key)
-        if relief is None:
-            continue
+    for key, relief in named_reliefs(solved.problem.flanks):
         stated = f"{where}: {key}.magnitude_um = {1e6 * relief.magnitude:.6g}"
         if relief.magnitude > limit:
             pairs = (cycle.load[np.abs(cycle.torque).argmax()] != 0.0).sum(axis=-1)

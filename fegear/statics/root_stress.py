@@ -78,7 +78,7 @@ def _tensions(
         for k, tooth in enumerate(teeth):
             seen = [load._replace(tooth=load.tooth - int(tooth)) for load in loads]
             tensions[:, rows, k] = influence.stress(seen)
-    faults = problem.driver_faults if gear == DRIVER else problem.driven_faults
+    faults = problem.flanks[gear].faults
     if faults is not None:
         # pairs count anew in each base pitch
         pitch = np.floor(cycle.position).astype(np.int64)

@@ -12,7 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.boundary import public, require_mesh
-from fegear.contact.problem import ContactCycle, ContactProblem, corner_positions
+from fegear.contact.problem import (
+    ContactCycle,
+    ContactFlank,
+    ContactProblem,
+    corner_positions,
+)
 from fegear.contact.solve import solve_cycle
 from fegear.contact.tooth_faults import ChangedCompliance
 from fegear.elasticity.cache import (
@@ -197,29 +202,33 @@ def contact_problem(
             flank = in_mean_axes(flank, relief, widths, inertia_of(gear))
         flanks.append(flank)
     report("compliance", 2, 2)
-    errors = mesh_errors(gear_set, mesh)
     change = partial(_compliance_change, settings, resolution.size)
-    driver, driven = faulty_sides(gear_set, mesh, change)
+    driver, driven = (
+        ContactFlank(
+            compliance=compliance,
+            tip_relief=modified.tip_relief,
+            root_relief=modified.root_relief,
+            profile=side.profile,
+            pitch_errors=pitch_errors,
+            faults=side.faults,
+            offset=side.offset,
+        )
+        for compliance, modified, side, pitch_errors in zip(
+            flanks,
+            spec.flanks,
+            faulty_sides(gear_set, mesh, change),
+            mesh_errors(gear_set, mesh),
+            strict=True,
+        )
+    )
     return ContactProblem(
         pair=spec.pair,
-        driver=flanks[0],
-        driven=flanks[1],
+        driver=driver,
+        driven=driven,
         face_width=gear_set.common_width(mesh),
-        driver_tip_relief=spec.driver_tip_relief,
-        driver_root_relief=spec.driver_root_relief,
-        driven_tip_relief=spec.driven_tip_relief,
-        driven_root_relief=spec.driven_root_relief,
-        driver_profile=driver.profile,
-        driven_profile=driven.profile,
         friction=settings.friction,
         corner_contact=settings.corner_contact,
         nodes=resolution.nodes,
-        driver_pitch_errors=errors[0],
-        driven_pitch_errors=errors[1],
-        driver_faults=driver.faults,
-        driven_faults=driven.faults,
-        driver_offset=driver.offset,
-        driven_offset=driven.offset,
         plane_stress_pressure=pressure_in_plane(materials[0], materials[1], "stress"),
         plane_strain_pressure=pressure_in_plane(materials[0], materials[1], "strain"),
     )

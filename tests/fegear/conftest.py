@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 
@@ -25,5 +25,8 @@ def wheel_flank(wheel, private_cache):
 @pytest.fixture(scope="session")
 def problem(pair, pinion_flank, wheel_flank) -> ContactProblem:
     return ContactProblem(
-        pair=pair, driver=pinion_flank, driven=wheel_flank, face_width=WIDTH
+        pair=pair,
+        driver=ContactFlank(compliance=pinion_flank),
+        driven=ContactFlank(compliance=wheel_flank),
+        face_width=WIDTH,
     )

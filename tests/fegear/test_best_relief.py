@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -102,7 +103,7 @@ def test_flanks_without_relief_have_no_derivatives(contact):
     assert cycle.relief_slope.shape[1] == POSITIONS.size
     assert not cycle.relief_slope.any()
     tip = Relief(magnitude=1e-6, start_roll_length=contact.pair.pitch_point)
-    relieved = replace(contact, driver_tip_relief=tip)
+    relieved = with_flanks(contact, driver_tip_relief=tip)
     one = solve_cycle(relieved, TORQUES, POSITIONS, with_slopes=True)
     assert one.relief_slope[:, :, 0, 0, 0].any()
     assert not one.relief_slope[:, :, 1].any()
@@ -175,8 +176,8 @@ def test_the_written_gear_set_has_its_measured_profile(tmp_path, monkeypatch, fo
     )
     path = tmp_path / folder / "best.toml"
     fegear.run(study).write(path)
-    profile = fegear.load_gear_set(path).meshes[0].driver_profile
-    assert profile == study.gear_set.loaded.meshes[0].driver_profile
+    profile = fegear.load_gear_set(path).meshes[0].driver_flank.profile
+    assert profile == study.gear_set.loaded.meshes[0].driver_flank.profile
     file = tomllib.loads(path.read_text())["mesh"][0]["driver_profile"]["file"]
     assert Path(file).is_absolute() == (folder == "elsewhere")
 
@@ -199,7 +200,7 @@ def test_a_design_that_is_not_better_is_reported():
     left_out = result.summary["left_out"]
     assert left_out == ["driver_tip_relief", "driven_tip_relief"]
     written = fegear.make_gear_set(result.tables).meshes[0]
-    assert written.driver_tip_relief is written.driven_tip_relief is None
+    assert written.driver_flank.tip_relief is written.driven_flank.tip_relief is None
 
 
 def test_a_relief_that_ends_at_its_limit_is_told():

@@ -95,7 +95,7 @@ def test_parabolic_relief_is_a_polygon_of_it():
 def test_unmodified_touches_one_mesh_only():
     gear_set = load_gear_set("liu-idler", RELIEVED)
     plain = unmodified(gear_set, 1)
-    assert plain.meshes[1].driver_tip_relief is None
+    assert plain.meshes[1].driver_flank.tip_relief is None
     assert plain.meshes[0] == gear_set.meshes[0]
 
 

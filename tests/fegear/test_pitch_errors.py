@@ -27,7 +27,9 @@ SETTINGS = StaticsSettings(positions=16, resolution="coarse", estimate_error=Fal
 @pytest.fixture(scope="module")
 def uneven(problem):
     return replace(
-        problem, driver_pitch_errors=PINION * 19, driven_pitch_errors=WHEEL * 11
+        problem,
+        driver=replace(problem.driver, pitch_errors=PINION * 19),
+        driven=replace(problem.driven, pitch_errors=WHEEL * 11),
     )
 
 
@@ -66,8 +68,8 @@ def rigid_errors(problem, position, back):
     """
     pair, errors = problem.pair, []
     driver_errors, driven_errors = (
-        problem.driver_pitch_errors,
-        problem.driven_pitch_errors,
+        problem.driver.pitch_errors,
+        problem.driven.pitch_errors,
     )
     for x in position:
         gaps = []

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import make_gear
 
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity import flank
 from fegear.elasticity.flank import flank_compliance
@@ -59,7 +59,11 @@ def test_mean_error_falls_with_at_least_the_square_of_the_size(pair):
             for g in (pair.driver, pair.driven)
         )
         problem = ContactProblem(
-            pair=pair, driver=one, driven=two, face_width=25.4e-3, nodes=49
+            pair=pair,
+            driver=ContactFlank(compliance=one),
+            driven=ContactFlank(compliance=two),
+            face_width=25.4e-3,
+            nodes=49,
         )
         return solve_cycle(problem, [100.0], np.arange(32) / 32).ste.mean()
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import kstest, truncnorm, uniform
@@ -179,7 +180,7 @@ def test_profiles_without_size_have_derivatives(contact):
     cycle = solve_cycle(contact, TORQUE, POSITION, with_slopes=True)
     assert cycle.profile_slope.shape[1] == POSITION.size
     assert not cycle.profile_slope.any()
-    one = replace(contact, driven_profile=FlankProfile())
+    one = with_flanks(contact, driven_profile=FlankProfile())
     slopes = solve_cycle(one, TORQUE, POSITION, with_slopes=True).profile_slope
     assert not slopes[:, :, 0].any()
     assert (slopes[:, :, 1, 0] > 0.0).all()

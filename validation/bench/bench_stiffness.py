@@ -14,7 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fegear.contact.problem import ContactCycle, ContactProblem, corner_positions
+from fegear.contact.problem import (
+    ContactCycle,
+    ContactFlank,
+    ContactProblem,
+    corner_positions,
+)
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
@@ -176,8 +181,8 @@ def _problem(gear_set: GearSet, variant: Variant) -> ContactProblem:
     ]
     return ContactProblem(
         pair=spec.pair,
-        driver=flanks[0],
-        driven=flanks[1],
+        driver=ContactFlank(compliance=flanks[0]),
+        driven=ContactFlank(compliance=flanks[1]),
         face_width=gear_set.common_width(0),
         nodes=variant.nodes,
     )

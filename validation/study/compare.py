@@ -109,15 +109,15 @@ def compare_mesh(
 def _unknown_to_closed_forms(solved: _Solved) -> Iterator[str]:
     """What the gears have and the closed forms have not."""
     problem = solved.result.problem
-    for gear, role in zip(solved.gears, ("driver", "driven"), strict=True):
-        for end in ("tip", "root"):
-            if getattr(problem, f"{role}_{end}_relief"):
+    for gear, flank in zip(solved.gears, problem.flanks, strict=True):
+        for end, relief in zip(("tip", "root"), flank.reliefs, strict=True):
+            if relief:
                 yield with_code(
                     "W25",
                     f'gear "{gear.name}" has {end} relief, which the closed forms '
                     "leave out",
                 )
-        if getattr(problem, f"{role}_profile"):
+        if flank.profile:
             yield with_code(
                 "W25",
                 f'gear "{gear.name}" has a profile modification, which the closed '

@@ -173,8 +173,8 @@ class StiffnessModel:
         ):
             changed = replace(
                 problem,
-                driver=flanks[mesh.driver],
-                driven=flanks[mesh.driven],
+                driver=replace(problem.driver, compliance=flanks[mesh.driver]),
+                driven=replace(problem.driven, compliance=flanks[mesh.driven]),
                 face_width=width_factor * problem.face_width,
             )
             curves.append(solve_cycle(changed, torque, position).stiffness[0])

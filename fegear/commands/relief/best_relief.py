@@ -134,7 +134,7 @@ class ReliefProblem:
         pitch = self.contact.pair.base_pitch
         problem, design = self.separate(design)
         count = len(problem.ranges)
-        reliefs: dict[str, Any] = {}
+        reliefs: dict[str, dict[str, Any]] = {"driver": {}, "driven": {}}
         for entry, size, length in zip(
             problem.ranges, design[:count], design[count:], strict=True
         ):
@@ -143,8 +143,13 @@ class ReliefProblem:
                 start_roll_length=entry.start(float(length), pitch),
                 shape=self.shape,
             )
-            reliefs[f"{entry.place}_relief"] = relief
-        return replace(self.contact, **reliefs)
+            role, _, place = entry.place.partition("_")
+            reliefs[role][f"{place}_relief"] = relief
+        return replace(
+            self.contact,
+            driver=replace(self.contact.driver, **reliefs["driver"]),
+            driven=replace(self.contact.driven, **reliefs["driven"]),
+        )
 
     def ste(self, design: Array) -> tuple[Array, Array]:
         """Transmission errors (t, p) [m] and their derivatives (t, p, 2 n)."""

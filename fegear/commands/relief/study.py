@@ -303,8 +303,14 @@ class ReliefDesign(
         """The sought reliefs; largest : transmission error [m]."""
         places = PLACES if self.root else PLACES[:2]
         contact = contact_problem(self.gear_set.loaded, index, self.elements)
-        without: dict[str, Any] = {f"{place}_relief": None for place in places}
-        bare = replace(contact, **without)
+        none: dict[str, Any] = {"tip_relief": None}
+        if self.root:
+            none["root_relief"] = None
+        bare = replace(
+            contact,
+            driver=replace(contact.driver, **none),
+            driven=replace(contact.driven, **none),
+        )
         return ReliefProblem(
             contact=bare,
             ranges=relief_ranges(bare, places),

@@ -205,6 +205,7 @@ def _flank_figures(gear: Gear, mesh: Mesh, role: str) -> dict[str, Any]:
         single-tooth contact, None where two pairs always touch
     """
     flank = zones(mesh.pair, role)
+    modified = mesh.driver_flank if role == "driver" else mesh.driven_flank
     teeth, single = flank.gear, flank.low <= flank.high
     distance = mesh.pair.sign * mesh.pair.center_distance
     clearance = distance - teeth.tip_radius - flank.mate.root_radius
@@ -218,13 +219,9 @@ def _flank_figures(gear: Gear, mesh: Mesh, role: str) -> dict[str, Any]:
         "hpstc_roll_angle_deg": flank.roll_angle_deg(flank.high) if single else None,
         "tip_roll_angle_deg": flank.roll_angle_deg(flank.tip),
         "tip_root_clearance_mm": 1e3 * clearance,
-        "tip_relief": _relief_figures(
-            getattr(mesh, f"{role}_tip_relief"), flank, flank.tip
-        ),
-        "root_relief": _relief_figures(
-            getattr(mesh, f"{role}_root_relief"), flank, flank.start
-        ),
-        "profile": _profile_figures(getattr(mesh, f"{role}_profile"), flank),
+        "tip_relief": _relief_figures(modified.tip_relief, flank, flank.tip),
+        "root_relief": _relief_figures(modified.root_relief, flank, flank.start),
+        "profile": _profile_figures(modified.profile, flank),
     }
 
 

@@ -67,7 +67,7 @@ def crack_tips(
     problem, cycle = solved.problem, solved.cycle
     tips = []
     for side, gear in enumerate(gear_set.meshes[solved.mesh].gears):
-        faults = (problem.driver_faults, problem.driven_faults)[side]
+        faults = problem.flanks[side].faults
         if faults is None or not faults.cracked:
             continue
         body = gear_set.gears[gear]

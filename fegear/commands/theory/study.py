@@ -403,12 +403,14 @@ def _stiffness_range(excitation: MeshExcitation) -> tuple[float, float]:
 def _other_reliefs(gear_set: GearSet, mesh: int) -> Iterator[str]:
     """Reliefs of a mesh to which the best tip relief does not apply, in words."""
     spec = gear_set.meshes[mesh]
-    for role, index in (("driver", spec.driver), ("driven", spec.driven)):
+    for role, index, modified in zip(
+        ("driver", "driven"), spec.gears, spec.flanks, strict=True
+    ):
         flank, name = zones(spec.pair, role), gear_set.gears[index].name
-        tip = getattr(spec, f"{role}_tip_relief")
-        if getattr(spec, f"{role}_root_relief") is not None:
+        tip = modified.tip_relief
+        if modified.root_relief is not None:
             yield f"{name} has a root relief too"
-        if getattr(spec, f"{role}_profile") is not None:
+        if modified.profile is not None:
             yield f"{name} has another profile modification too"
         if tip is None:
             continue

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.kernel_constants import kernel_constants, with_rootward
-from fegear.contact.problem import ContactFailure, ContactProblem
+from fegear.contact.problem import ContactFailure, ContactFlank, ContactProblem
 from fegear.contact.solve import (
     candidate_pairs,
     kernel_torques,
@@ -70,9 +70,13 @@ def with_profiles(problem: ContactProblem) -> ContactProblem:
     """The problem with profiles on both flanks, of no size where it has none."""
     return replace(
         problem,
-        driver_profile=problem.driver_profile or FlankProfile(),
-        driven_profile=problem.driven_profile or FlankProfile(),
+        driver=_with_profile(problem.driver),
+        driven=_with_profile(problem.driven),
     )
+
+
+def _with_profile(flank: ContactFlank) -> ContactFlank:
+    return replace(flank, profile=flank.profile or FlankProfile())
 
 
 def solve_variants(

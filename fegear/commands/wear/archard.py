@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from fegear.contact.path import PATH_TOL, loss_factor, path_positions, roll_angles
 from fegear.contact.path import on_path as is_on_path
-from fegear.contact.problem import ContactCycle, ContactProblem
+from fegear.contact.problem import ContactCycle, ContactFlank, ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset.modifications import MAX_PROFILE_POINTS, FlankProfile
@@ -176,15 +176,15 @@ class WearingMesh:
         driver, driven = self.profiles(depth)
         contact = replace(
             self.contact,
-            driver_profile=with_wear(
-                self.contact.driver_profile, driver, zones(self.pair, "driver")
-            ),
-            driven_profile=with_wear(
-                self.contact.driven_profile, driven, zones(self.pair, "driven")
-            ),
+            driver=self._worn(self.contact.driver, driver, "driver"),
+            driven=self._worn(self.contact.driven, driven, "driven"),
         )
         points = self.points
         return self._as_loaded(solve_cycle(contact, self.torque, points.places))
+
+    def _worn(self, flank: ContactFlank, wear: FlankProfile, role: str) -> ContactFlank:
+        profile = with_wear(flank.profile, wear, zones(self.pair, role))
+        return replace(flank, profile=profile)
 
     def _as_loaded(self, cycle: ContactCycle) -> LoadedFlanks:
         points, regular = self.points, self.points.is_regular

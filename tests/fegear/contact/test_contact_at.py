@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from contact_at import contact_at
 
 from fegear.contact.solve import solve_cycle
@@ -58,7 +59,7 @@ def test_position_counts_on_and_on(problem):
 def test_pitch_errors_pass_by(problem):
     teeth = problem.pair.driver.teeth
     errors = tuple(2e-6 if tooth == 3 else 0.0 for tooth in range(teeth))
-    uneven = replace(problem, driver_pitch_errors=errors)
+    uneven = with_flanks(problem, driver_pitch_errors=errors)
     d = np.full(teeth, 8e-6)
     contact = contact_at(uneven, np.arange(teeth) + 0.0, d)
     even = contact_at(problem, np.arange(teeth) + 0.0, d)

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from conftest import make_gear
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.solve import back_side_position, pair_gaps, solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
@@ -33,11 +34,17 @@ def with_relief(problem: ContactProblem, magnitude: float, shape="linear"):
     driven = pair.line_of_action - (pair.path_end - pair.base_pitch)
     return replace(
         problem,
-        driver_tip_relief=Relief(
-            magnitude=magnitude, start_roll_length=driver, shape=shape
+        driver=replace(
+            problem.driver,
+            tip_relief=Relief(
+                magnitude=magnitude, start_roll_length=driver, shape=shape
+            ),
         ),
-        driven_tip_relief=Relief(
-            magnitude=magnitude, start_roll_length=driven, shape=shape
+        driven=replace(
+            problem.driven,
+            tip_relief=Relief(
+                magnitude=magnitude, start_roll_length=driven, shape=shape
+            ),
         ),
     )
 
@@ -107,12 +114,12 @@ def test_no_load_error_is_the_envelope_of_the_gap_functions(problem):
         )
 
     ends = pair.driver.tip_roll_length, pair.driven.tip_roll_length
-    gap = depth(relieved.driver_tip_relief, ends[0], s1)
-    gap += depth(relieved.driven_tip_relief, ends[1], pair.line_of_action - s1)
+    gap = depth(relieved.driver.tip_relief, ends[0], s1)
+    gap += depth(relieved.driven.tip_relief, ends[1], pair.line_of_action - s1)
     envelope = np.where(inside, gap, np.inf).min(axis=1)
     # the closest point leaves the nominal one along the slope e' of the relief by
     # R e', which saves R e'^2 / 2
-    slope = 10e-6 / (ends[0] - relieved.driver_tip_relief.start_roll_length)
+    slope = 10e-6 / (ends[0] - relieved.driver.tip_relief.start_roll_length)
     slack = 0.5 * 0.02 * (slope * pair.line_of_action / 10e-3) ** 2
     assert (cycle.no_load[0] <= envelope + 1e-15).all()
     assert (envelope - cycle.no_load[0]).max() < max(slack, 0.2e-6)
@@ -177,7 +184,7 @@ def test_back_side_is_the_drive_side_in_a_mirror(problem):
 
 def test_pitch_errors_delay_their_own_pairs(problem):
     errors = tuple(5e-6 if tooth == 0 else 0.0 for tooth in range(38))
-    late = replace(problem, driver_pitch_errors=errors)
+    late = with_flanks(problem, driver_pitch_errors=errors)
     teeth = np.array([0, -1, 1])
     np.testing.assert_array_equal(pair_gaps(late, teeth), [5e-6, 0.0, 0.0])
     one, other = (solve_cycle(p, [100.0], [0.4]) for p in (problem, late))
@@ -223,7 +230,12 @@ def test_corners_far_off_the_path_do_not_touch():
     gear = make_gear(17, 7.6e-3, profile_shift=0.1, tip_radius=24.4e-3)
     pair = GearPair(gear, gear, 43.95e-3)
     flank = cached_flank_compliance(gear, PlaneMaterial(206e9, 0.3))
-    case = ContactProblem(pair=pair, driver=flank, driven=flank, face_width=0.02)
+    case = ContactProblem(
+        pair=pair,
+        driver=ContactFlank(compliance=flank),
+        driven=ContactFlank(compliance=flank),
+        face_width=0.02,
+    )
     cycle = solve_cycle(case, [20.0], np.arange(16) / 16)
     assert (cycle.no_load > -1e-12).all()
     np.testing.assert_allclose(cycle.ste[0, 1:], cycle.ste[0, :0:-1], 1e-2)

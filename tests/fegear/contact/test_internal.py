@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from whole_contact import ste_of_whole_gears
 
 from fegear.contact.solve import solve_cycle
@@ -133,7 +134,7 @@ def test_a_tip_relief_is_a_measured_profile_that_equals_it(role):
     )
     changes = {f"{role}_tip_relief": relief}, {f"{role}_profile": profile}
     one, two = (
-        solve_cycle(replace(problem, **change), [TORQUE], POSITIONS)
+        solve_cycle(with_flanks(problem, **change), [TORQUE], POSITIONS)
         for change in changes
     )
     # the slope of a profile ends at the tip, that of a relief does not
@@ -147,7 +148,7 @@ def test_keys_of_a_ring_s_relief_and_profile():
     """A diameter grows from tip to root of a ring; depth is that of the relief."""
     relief = {"magnitude_um": 8.0, "length_pitches": 0.3}
     one = gear_set(PLANET, RING, driven_tip_relief=relief).meshes[0]
-    gear, start = one.pair.driven, one.driven_tip_relief.start_roll_length
+    gear, start = one.pair.driven, one.driven_flank.tip_relief.start_roll_length
     assert start == pytest.approx(gear.tip_roll_length - 0.3 * one.pair.base_pitch)
     radii = np.hypot(gear.base_radius, [gear.tip_roll_length, start])
     profile = {
@@ -157,9 +158,9 @@ def test_keys_of_a_ring_s_relief_and_profile():
     }
     two = gear_set(PLANET, RING, driven_profile=profile).meshes[0]
     np.testing.assert_allclose(
-        two.driven_profile.roll_lengths, [start, gear.tip_roll_length], rtol=1e-9
+        two.driven_flank.profile.roll_lengths, [start, gear.tip_roll_length], rtol=1e-9
     )
-    assert two.driven_profile.deviations == pytest.approx((0.0, -8e-6))
+    assert two.driven_flank.profile.deviations == pytest.approx((0.0, -8e-6))
 
 
 def test_pitch_errors_of_the_ring():

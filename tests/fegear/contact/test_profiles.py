@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numba import njit
@@ -15,7 +16,7 @@ from oracles.relieved_flanks import Flank, closing_way, relief_depth
 from fegear.contact import flanks as kernel
 from fegear.contact.edges import edge_arcs
 from fegear.contact.kernel_constants import kernel_inputs
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.profiles import profile_depth, profile_kinks
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
@@ -40,7 +41,11 @@ def unmodified():
         for gear in (spec.pair.driver, spec.pair.driven)
     )
     return ContactProblem(
-        pair=spec.pair, driver=driver, driven=driven, face_width=0.025, nodes=17
+        pair=spec.pair,
+        driver=ContactFlank(compliance=driver),
+        driven=ContactFlank(compliance=driven),
+        face_width=0.025,
+        nodes=17,
     )
 
 
@@ -86,8 +91,8 @@ def test_crowning_and_slope_open_the_gap_of_their_formula(unmodified):
 
     problem = replace(
         unmodified,
-        driver_profile=FlankProfile(crowning=8e-6),
-        driven_profile=FlankProfile(slope=5e-6),
+        driver=replace(unmodified.driver, profile=FlankProfile(crowning=8e-6)),
+        driven=replace(unmodified.driven, profile=FlankProfile(slope=5e-6)),
     )
     cycle = solve_cycle(problem, [TORQUE], POSITIONS)
     exact = no_load_of_geometry(problem, {"driver": crowned, "driven": sloped})
@@ -109,7 +114,7 @@ def test_gap_of_a_wavy_profile_is_that_of_the_geometry(unmodified, interpolation
         deviations=tuple(deviations),
         interpolation=interpolation,
     )
-    problem = replace(unmodified, driver_profile=profile)
+    problem = with_flanks(unmodified, driver_profile=profile)
     cycle = solve_cycle(problem, [TORQUE], POSITIONS)
 
     def depth(s):
@@ -140,7 +145,7 @@ def test_kernel_has_depth_and_slope_of_the_curve(unmodified, interpolation):
         deviations=tuple(deviations),
         interpolation=interpolation,
     )
-    problem = replace(unmodified, driver_profile=profile)
+    problem = with_flanks(unmodified, driver_profile=profile)
     flank = kernel_inputs(problem)[1][0]
     s, step = np.linspace(low, tip, 777), 1e-9
     depth, slope = modification_at(flank, s)
@@ -166,9 +171,15 @@ def test_measured_points_of_a_relief_are_that_relief(unmodified, shape):
     )
     relief = Relief(magnitude=15e-6, start_roll_length=begin, shape=shape)
     one = solve_cycle(
-        replace(unmodified, driver_tip_relief=relief), [TORQUE], POSITIONS
+        with_flanks(unmodified, driver_tip_relief=relief),
+        [TORQUE],
+        POSITIONS,
     )
-    two = solve_cycle(replace(unmodified, driver_profile=profile), [TORQUE], POSITIONS)
+    two = solve_cycle(
+        with_flanks(unmodified, driver_profile=profile),
+        [TORQUE],
+        POSITIONS,
+    )
     np.testing.assert_allclose(two.ste, one.ste, rtol=1e-6)
     np.testing.assert_allclose(two.stiffness, one.stiffness, rtol=1e-6)
 
@@ -179,7 +190,9 @@ def test_slopes_of_both_gears_that_cancel_only_shift_the_error(unmodified):
     sizes = [slope * (ways[name][1] - ways[name][0]) for name in NAMES]
     profiles = [FlankProfile(slope=size) for size in sizes]
     problem = replace(
-        unmodified, driver_profile=profiles[0], driven_profile=profiles[1]
+        unmodified,
+        driver=replace(unmodified.driver, profile=profiles[0]),
+        driven=replace(unmodified.driven, profile=profiles[1]),
     )
     problem, plain = (
         solve_cycle(replace(p, corner_contact=False), [TORQUE], POSITIONS)
@@ -215,7 +228,7 @@ def test_only_kinks_are_edges(unmodified):
     assert profile_kinks(profile, low, tip).size == 0
     linear = replace(profile, interpolation="linear")
     np.testing.assert_allclose(profile_kinks(linear, low, tip), s[[1, 3]])
-    problem = replace(unmodified, driver_profile=linear)
+    problem = with_flanks(unmodified, driver_profile=linear)
     arcs = arc_from_tip(problem.pair.driver, s[[1, 3]])
     np.testing.assert_allclose(edge_arcs(problem)[0], [0.0, *arcs])
 
@@ -248,7 +261,7 @@ def test_any_profile_has_a_solution_that_grows_with_the_torque(
         )
         for name, deviations in (("driver", driver), ("driven", driven))
     }
-    problem = replace(unmodified, **profiles)
+    problem = with_flanks(unmodified, **profiles)
     torques = TORQUE * np.array([0.01, 0.1, 0.5, 1.0, 2.0])
     cycle = solve_cycle(problem, torques, [position, position + 0.31])
     assert cycle.residual.max() < 1e-10

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from oracles.relieved_flanks import Flank, closing_way, relief_depth
 
 from fegear.contact.pair_load_curves import pair_load_curves
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.solve import solve_cycle, solve_drive_side
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
@@ -43,7 +43,12 @@ def unmodified():
     gears, steel = (gear_of(25, 0.3), gear_of(37, -0.1)), PlaneMaterial(2.06e11, 0.3)
     driver, driven = (cached_flank_compliance(gear, steel) for gear in gears)
     pair = GearPair(*gears, CENTER_DISTANCE)
-    return ContactProblem(pair=pair, driver=driver, driven=driven, face_width=0.03)
+    return ContactProblem(
+        pair=pair,
+        driver=ContactFlank(compliance=driver),
+        driven=ContactFlank(compliance=driven),
+        face_width=0.03,
+    )
 
 
 def ways_of(pair):
@@ -66,7 +71,7 @@ def relieved(problem, kinds, shape):
         )
         for kind in kinds
     }
-    return replace(problem, **reliefs)
+    return with_flanks(problem, **reliefs)
 
 
 def oracle(problem, kinds, shape):
@@ -75,7 +80,10 @@ def oracle(problem, kinds, shape):
     power = {"linear": 1.0, "parabolic": 2.0}[shape]
     flanks = []
     for name in ("driver", "driven"):
-        gear, depth = getattr(pair, name), getattr(problem, name).flank_length
+        gear, depth = (
+            getattr(pair, name),
+            getattr(problem, name).compliance.flank_length,
+        )
         reliefs = [relief_depth(DEPTH, *ways[k], power) for k in kinds if name in k]
         tip = gear.tip_roll_length
         low = math.sqrt(max(0.0, tip**2 - 2.0 * gear.base_radius * depth))

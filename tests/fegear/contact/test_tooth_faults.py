@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from numpy.testing import assert_allclose
 from oracles.offset_involutes import driver_lead
 
@@ -64,12 +65,12 @@ def require_equal(one, other, rtol=1e-11):
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 @pytest.mark.parametrize("side", ["driver", "driven"])
 def test_a_change_of_all_teeth_is_another_compliance(problem, side, friction):
-    flank = getattr(problem, side)
+    flank = getattr(problem, side).compliance
     teeth = getattr(problem.pair, side).teeth
     base = replace(problem, friction=friction)
-    softer = replace(base, **{side: scaled(flank, 1.25)})
+    softer = with_flanks(base, **{f"{side}_compliance": scaled(flank, 1.25)})
     clockwise = -1 if side == "driver" else 1
-    changed = replace(
+    changed = with_flanks(
         base,
         **{
             f"{side}_faults": ToothFaults(
@@ -96,11 +97,11 @@ def test_a_change_of_one_tooth_is_seen_while_it_is_near(problem):
 
     faults = ToothFaults(
         teeth=teeth,
-        change=OfOneTooth(problem.driver, 0.5, teeth),
+        change=OfOneTooth(problem.driver.compliance, 0.5, teeth),
         clockwise=-1,
         damaged=near,
     )
-    changed = replace(problem, driver_faults=faults)
+    changed = with_flanks(problem, driver_faults=faults)
     pitches = np.repeat(np.arange(teeth), POSITIONS.size)
     position = np.tile(POSITIONS, teeth)
     cycle = solve_cycle(changed, [100.0], position, pitches)
@@ -116,7 +117,11 @@ def test_a_change_of_one_tooth_is_seen_while_it_is_near(problem):
 
 def test_teeth_without_faults_change_nothing(problem):
     faults = equal_faults(problem, "driver")
-    changed = solve_cycle(replace(problem, driver_faults=faults), TORQUES, POSITIONS)
+    changed = solve_cycle(
+        with_flanks(problem, driver_faults=faults),
+        TORQUES,
+        POSITIONS,
+    )
     healthy = solve_cycle(problem, TORQUES, POSITIONS)
     for name in COMPARED:
         assert np.array_equal(getattr(changed, name), getattr(healthy, name)), name
@@ -130,13 +135,15 @@ def test_broken_tips_of_all_teeth_are_a_smaller_tip_circle(problem, side):
     roll = math.sqrt(lower.tip_radius**2 - lower.base_radius**2)
     corners = dict.fromkeys(range(gear.teeth), roll)
     faults = equal_faults(problem, side, corners=corners)
-    broken = replace(problem, **{f"{side}_faults": faults})
-    flank = getattr(problem, side)
+    broken = with_flanks(problem, **{f"{side}_faults": faults})
+    flank = getattr(problem, side).compliance
     missing = flank.flank_length - lower.flank_length
     cycle = solve_cycle(broken, [100.0], POSITIONS)
     # the same flanks without the tips, whose compliance is another: gaps alone
-    cut = replace(problem, pair=shorter)
-    cut = replace(cut, **{side: replace(flank, flank_length=lower.flank_length)})
+    cut_flank = replace(flank, flank_length=lower.flank_length)
+    cut = with_flanks(
+        replace(problem, pair=shorter), **{f"{side}_compliance": cut_flank}
+    )
     expected = solve_cycle(cut, [100.0], POSITIONS)
     touching = np.isfinite(expected.gap[0])
     assert np.array_equal(touching, np.isfinite(cycle.gap[0]))
@@ -151,7 +158,7 @@ def test_a_broken_tip_ends_the_contact_of_its_tooth_alone(problem):
     gear, tooth = problem.pair.driver, 3
     roll = gear.tip_roll_length - 0.25 * problem.pair.base_pitch
     faults = equal_faults(problem, "driver", corners={tooth: roll})
-    broken = replace(problem, driver_faults=faults)
+    broken = with_flanks(problem, driver_faults=faults)
     pitches, position = np.repeat(np.arange(7), 64), np.tile(np.arange(64) / 64, 7)
     cycle = solve_cycle(broken, [100.0], position, pitches)
     load = cycle.load[0, :, cycle.teeth.tolist().index(0)]  # of each reference pair
@@ -168,7 +175,7 @@ def with_spall(problem: ContactProblem, share: float) -> ContactProblem:
     """All flanks of the driver, from tip to root, with a spall."""
     teeth = problem.pair.driver.teeth
     spalls = dict.fromkeys(range(teeth), (FlankSpall(0.0, 1.0, share),))
-    return replace(problem, driver_faults=ToothFaults(teeth=teeth, spalls=spalls))
+    return with_flanks(problem, driver_faults=ToothFaults(teeth=teeth, spalls=spalls))
 
 
 def hertz_depth(problem: ContactProblem, load: float) -> tuple[float, float]:
@@ -176,7 +183,7 @@ def hertz_depth(problem: ContactProblem, load: float) -> tuple[float, float]:
 
     load : per width [N/m]; Johnson (1985), section 4.2 (c) and eq. (5.57b)
     """
-    pair, flanks = problem.pair, (problem.driver, problem.driven)
+    pair, flanks = problem.pair, [flank.compliance for flank in problem.flanks]
     compliance = sum(1.0 / flank.modulus for flank in flanks)
     rolls = pair.pitch_point, pair.line_of_action - pair.pitch_point
     radius = rolls[0] * rolls[1] / pair.line_of_action
@@ -235,8 +242,8 @@ def scaled_up(problem: ContactProblem, size: float) -> ContactProblem:
     return replace(
         problem,
         pair=larger,
-        driver=flank(problem.driver),
-        driven=flank(problem.driven),
+        driver=replace(problem.driver, compliance=flank(problem.driver.compliance)),
+        driven=replace(problem.driven, compliance=flank(problem.driven.compliance)),
     )
 
 
@@ -248,7 +255,11 @@ def test_a_spall_acts_where_its_flank_touches(problem):
     )
     faults = equal_faults(problem, "driver", spalls={0: (spall,)})
     positions = np.linspace(-0.3, 0.3, 25)
-    cycle = solve_cycle(replace(problem, driver_faults=faults), [100.0], positions)
+    cycle = solve_cycle(
+        with_flanks(problem, driver_faults=faults),
+        [100.0],
+        positions,
+    )
     healthy = solve_cycle(problem, [100.0], positions)
     softer = cycle.ste[0] / healthy.ste[0] - 1.0
     inside = np.abs(positions) < 0.08
@@ -269,7 +280,7 @@ def test_spalls_side_by_side_are_one_of_their_width(problem):
     solved = []
     for spalls in (parts, pieces):
         faults = equal_faults(problem, "driver", spalls={0: spalls})
-        faulty = replace(problem, driver_faults=faults)
+        faulty = with_flanks(problem, driver_faults=faults)
         solved.append(solve_cycle(faulty, [100.0], positions))
     assert_allclose(solved[0].ste, solved[1].ste, rtol=1e-12)
     assert_allclose(solved[0].pressure, solved[1].pressure, rtol=1e-12)
@@ -286,13 +297,13 @@ def test_a_missing_tooth_leaves_the_load_to_others(problem, side):
     start, _ = problem.pair.path
     positions = np.linspace(start + 0.02, start + 0.4, 9)  # the pair ahead is there
     cycle = solve_cycle(
-        replace(problem, **{f"{side}_faults": faults}), [100.0], positions
+        with_flanks(problem, **{f"{side}_faults": faults}), [100.0], positions
     )
     pair = cycle.teeth.tolist().index(0)
     assert (cycle.load[..., pair] == 0.0).all()
     assert np.isinf(cycle.gap[..., pair]).all()
     teeth = problem.pair.driver.teeth
-    far = replace(problem, driver_pitch_errors=(1e-3, *[0.0] * (teeth - 1)))
+    far = with_flanks(problem, driver_pitch_errors=(1e-3, *[0.0] * (teeth - 1)))
     expected = solve_cycle(far, [100.0], positions)
     assert_allclose(cycle.ste, expected.ste, rtol=1e-12)
 
@@ -304,8 +315,16 @@ def test_wear_of_one_tooth_is_the_profile_of_all_where_it_touches(problem):
     worn = FlankProfile(roll_lengths=tuple(rolls), deviations=tuple(-depth))
     teeth = {0: worn, 1: worn, 2: worn, 36: worn, 37: worn}
     faults = equal_faults(problem, "driver", profiles=teeth)
-    one = solve_cycle(replace(problem, driver_faults=faults), TORQUES, POSITIONS)
-    of_all = solve_cycle(replace(problem, driver_profile=worn), TORQUES, POSITIONS)
+    one = solve_cycle(
+        with_flanks(problem, driver_faults=faults),
+        TORQUES,
+        POSITIONS,
+    )
+    of_all = solve_cycle(
+        with_flanks(problem, driver_profile=worn),
+        TORQUES,
+        POSITIONS,
+    )
     require_equal(one, of_all)
 
 
@@ -314,18 +333,26 @@ def test_back_flanks_have_neither_spalls_nor_open_cracks(problem):
     everywhere = range(teeth)
     faults = ToothFaults(
         teeth=teeth,
-        change=ShareOfAll(problem.driver, 0.25, teeth),
+        change=ShareOfAll(problem.driver.compliance, 0.25, teeth),
         clockwise=-1,
         damaged=frozenset(everywhere),
         spalls=dict.fromkeys(everywhere, (FlankSpall(0.0, 1.0, 0.5),)),
     )
     torques = [-torque for torque in TORQUES]
     healthy = solve_cycle(problem, torques, POSITIONS)
-    faulty = solve_cycle(replace(problem, driver_faults=faults), torques, POSITIONS)
+    faulty = solve_cycle(
+        with_flanks(problem, driver_faults=faults),
+        torques,
+        POSITIONS,
+    )
     require_equal(faulty, healthy)
     roll = problem.pair.driver.tip_roll_length - 0.25 * problem.pair.base_pitch
     faults = replace(faults, corners=dict.fromkeys(everywhere, roll))
-    broken = solve_cycle(replace(problem, driver_faults=faults), torques, POSITIONS)
+    broken = solve_cycle(
+        with_flanks(problem, driver_faults=faults),
+        torques,
+        POSITIONS,
+    )
     largest, whole = (np.ptp(cycle.ste, axis=1) for cycle in (broken, healthy))
     assert (largest > 1.05 * whole).all()
 
@@ -338,7 +365,7 @@ def test_offset_centers_transmit_as_rigid_involutes(problem, side, back):
     gear = getattr(pair, side)
     for _ in range(4):
         offset = CenterOffset(random.uniform(1e-5, 1e-4), random.uniform(0.0, 6.0))
-        moved = replace(problem, **{f"{side}_offset": offset})
+        moved = with_flanks(problem, **{f"{side}_offset": offset})
         pitch = int(random.integers(0, gear.teeth))
         torque = -1e-6 if back else 1e-6
         cycle = solve_cycle(moved, [torque], [0.2], pitch)
@@ -356,7 +383,10 @@ def test_offset_centers_move_the_path_of_contact(problem):
     """At a larger distance of the centres fewer teeth are in contact."""
     apart = CenterOffset(2e-4, math.pi)
     cycle = solve_cycle(
-        replace(problem, driver_offset=apart), [100.0], POSITIONS, np.zeros(32, int)
+        with_flanks(problem, driver_offset=apart),
+        [100.0],
+        POSITIONS,
+        np.zeros(32, int),
     )
     distance = problem.pair.center_distance + 2e-4
     wider = replace(problem.pair, center_distance=distance)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
+from changed_flanks import with_flanks
 from contact_at import contact_at
 from numpy.testing import assert_allclose, assert_array_equal
 
@@ -240,7 +240,7 @@ def test_flank_faults_leave_back_flanks_alone(elements):
 
 def test_neighbours_of_a_crack_are_hardly_changed(elements):
     problem = contact_problem(gears_with("crack"), 0, SOURCE.statics)
-    faults = problem.driver_faults
+    faults = problem.driver.faults
     changes = {
         tooth: np.abs(faults.change.block(*[faults.clockwise * tooth % 38] * 2)).max()
         for tooth in faults.damaged
@@ -256,7 +256,7 @@ def test_centers_open_back_flanks_by_what_they_close(elements):
     position = np.linspace(0.0, 1.0, 9)
     for direction in (0.0, 0.5 * math.pi):
         offset = CenterOffset(10e-6, direction)
-        moved = replace(problem, driver_offset=offset)
+        moved = with_flanks(problem, driver_offset=offset)
         gaps = []
         for back in (False, True):
             side = back_side_position(problem.pair, position) if back else position
@@ -277,7 +277,7 @@ def test_spalls_of_all_teeth_are_one_kind_of_pair(elements):
 
     position = np.linspace(0.0, 1.0, 9)
     alike = pair_load_curves(problem, position, 6e-5)
-    spalled = replace(problem, driver_faults=faults)
+    spalled = with_flanks(problem, driver_faults=faults)
     differences = side_differences(spalled, position, alike)
     assert differences.number.min() == 1  # none is like teeth without
     loads = np.stack([curves.load for curves in differences.curves])

@@ -16,7 +16,7 @@ from fegear.commands.eccentric.wheel_contact import (
     share_load,
     solve_contact_cycle,
 )
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
@@ -63,7 +63,11 @@ def test_without_eccentricity_the_pair_of_a_gear_set():
     flank = flank_compliance(cyclic_sector(gear, STEEL, MeshSize()))
     pair = GearPair(gear, gear, 2.0 * radius)
     problem = ContactProblem(
-        pair=pair, driver=flank, driven=flank, face_width=1.0, corner_contact=False
+        pair=pair,
+        driver=ContactFlank(compliance=flank),
+        driven=ContactFlank(compliance=flank),
+        face_width=1.0,
+        corner_contact=False,
     )
     position = np.array([-0.4, -0.21, 0.003, 0.18, 0.36])
     expected = solve_cycle(problem, [load], position)

@@ -25,7 +25,7 @@ def test_gears_by_name_and_by_number():
 
 def test_new_relief_begins_at_single_contact():
     mesh = load_gear_set("liu-idler", {"mesh.2.tip_relief.magnitude_um": 12}).meshes[1]
-    pair, relief = mesh.pair, mesh.driver_tip_relief
+    pair, relief = mesh.pair, mesh.driver_flank.tip_relief
     assert relief.magnitude == pytest.approx(12e-6)
     assert relief.start_roll_length == pytest.approx(pair.path_start + pair.base_pitch)
 
@@ -44,7 +44,9 @@ def test_one_way_of_saying_it_replaces_the_other():
     }
     mesh = load_gear_set("liu-idler", edits).meshes[0]
     pair = mesh.pair
-    length = pair.driver.tip_roll_length - mesh.driver_tip_relief.start_roll_length
+    length = (
+        pair.driver.tip_roll_length - mesh.driver_flank.tip_relief.start_roll_length
+    )
     assert length == pytest.approx(0.3 * pair.base_pitch)
     assert pair.center_distance == pytest.approx(0.119)
 

@@ -104,7 +104,7 @@ def test_edits_of_the_file_come_before_those_of_single_planets():
     )
     masses = [gear_set.gears[p].mass for p in gear_set.carrier.planets]
     assert masses == [1.0, 2.0, 1.0, 1.0]
-    reliefs = [mesh.driver_tip_relief for mesh in gear_set.meshes]
+    reliefs = [mesh.driver_flank.tip_relief for mesh in gear_set.meshes]
     depths = [relief and 1e6 * relief.magnitude for relief in reliefs]
     assert depths == pytest.approx([10, None, 20, None, None, None, 10, None])
 

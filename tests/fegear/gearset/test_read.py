@@ -229,7 +229,7 @@ def test_shared_relief_goes_to_both_gears(key, start, role):
     gear, mate = pair.driver, pair.driven
     if role == "driven":
         gear, mate = mate, gear
-    relief = getattr(mesh, f"{role}_{key}")
+    relief = getattr(getattr(mesh, f"{role}_flank"), key)
     sap = pair.line_of_action - mate.tip_roll_length
     expected = {
         ("tip_relief", "length_pitches = 0.4"): gear.tip_roll_length
@@ -249,7 +249,7 @@ def test_relief_from_hpstc_is_the_contact_ratio_less_one_long():
     length = f"length_pitches = {ratio - 1.0!r}"
     two = f"{PAIR}tip_relief = {{ magnitude_um = 10, {length} }}\n"
     starts = [
-        read_gear_set(text).meshes[0].driver_tip_relief.start_roll_length
+        read_gear_set(text).meshes[0].driver_flank.tip_relief.start_roll_length
         for text in (one, two)
     ]
     assert starts[0] == pytest.approx(starts[1], rel=1e-12)
@@ -266,14 +266,14 @@ def test_a_file_of_a_profile_lies_beside_the_gear_set(tmp_path, monkeypatch):
     (tmp_path / "profile.csv").write_text(POINTS)
     path = tmp_path / "set.toml"
     path.write_text(with_profile('{ file = "profile.csv", slope_um = 3 }'))
-    profile = load_gear_set(str(path)).meshes[0].driver_profile
+    profile = load_gear_set(str(path)).meshes[0].driver_flank.profile
     assert profile.slope == pytest.approx(3e-6)
     np.testing.assert_allclose(profile.deviations, [1.5e-6, -2e-6, 0.0])
     base = 30e-3 * math.cos(math.radians(20.0))
     radii = np.hypot(base, profile.roll_lengths)
     np.testing.assert_allclose(radii, [28.75e-3, 29.5e-3, 30.625e-3])
     monkeypatch.chdir(tmp_path)
-    assert read_gear_set(path.read_text()).meshes[0].driver_profile == profile
+    assert read_gear_set(path.read_text()).meshes[0].driver_flank.profile == profile
 
 
 def test_roll_angles_and_diameters_are_the_same_points():
@@ -284,7 +284,7 @@ def test_roll_angles_and_diameters_are_the_same_points():
             with_profile(f"{{ {key} = {list(points)}, deviation_um = [1, 2] }}")
         )
         .meshes[0]
-        .driver_profile.roll_lengths
+        .driver_flank.profile.roll_lengths
         for key, points in (("roll_angle_deg", angles), ("diameter_mm", diameters))
     )
     np.testing.assert_allclose(by_angle, by_diameter)
@@ -292,10 +292,10 @@ def test_roll_angles_and_diameters_are_the_same_points():
 
 def test_a_profile_without_a_role_is_that_of_both_gears():
     mesh = read_gear_set(f"{PAIR}profile = {{ crowning_um = 4 }}\n").meshes[0]
-    assert mesh.driver_profile == mesh.driven_profile
-    assert mesh.driven_profile.crowning == pytest.approx(4e-6)
+    assert mesh.driver_flank.profile == mesh.driven_flank.profile
+    assert mesh.driven_flank.profile.crowning == pytest.approx(4e-6)
 
 
 def test_a_profile_of_zeros_is_none():
     mesh = read_gear_set(with_profile("{ crowning_um = 0, slope_um = 0 }")).meshes[0]
-    assert mesh.driver_profile is None
+    assert mesh.driver_flank.profile is None

@@ -381,7 +381,7 @@ def test_relief_is_that_of_all_planets():
     result = fegear.run(study)
     assert result.summary["meshes"] == [1, 3, 5]
     relieved = make_gear_set(result.tables)
-    tips = [mesh.driver_tip_relief for mesh in relieved.meshes]
+    tips = [mesh.driver_flank.tip_relief for mesh in relieved.meshes]
     assert tips[0] == tips[2] == tips[4] != tips[1]
     assert tips[1] == tips[3] == tips[5] is None
     assert "all have the relief" in "\n".join(map(str, result.page()))
