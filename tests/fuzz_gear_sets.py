@@ -692,8 +692,8 @@ def cases(count: int, seed: int, kind: str = "", faults: str = "") -> Iterator[C
         comparison = validation_case(r)
         if r.random() < 0.5:
             comparison = broken(r, comparison)
-        machine = varied(r, builtin("rattle/machines", r.choice(MACHINES)))
-        box = varied(r, builtin("clatter/gearboxes", "seed-five-speed"))
+        machine = varied(r, builtin("commands/rattle/machines", r.choice(MACHINES)))
+        box = varied(r, builtin("commands/clatter/gearboxes", "seed-five-speed"))
         if r.random() < 0.2:
             machine, box = broken(r, machine), broken(r, box)
         files = {

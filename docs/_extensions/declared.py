@@ -24,10 +24,10 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from fegear.cli import COMMANDS, app
+from fegear.cli import app
 from fegear.files.keys import FileKey, file_keys
 from fegear.studies import load_study
-from fegear.studies.registry import commands
+from fegear.studies.registry import commands, listed
 
 ROOT_COMMAND = typer.main.get_command(app)
 Lines = Iterable[str]
@@ -35,7 +35,7 @@ Lines = Iterable[str]
 
 def command_pages(group: str) -> Lines:
     """The commands of a group of the program's help, a section each."""
-    for name in COMMANDS[group]:
+    for name in listed()[group]:
         yield from _command_section(name, ROOT_COMMAND.get_command(None, name))
 
 

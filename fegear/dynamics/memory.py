@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 
 from fegear.dynamics.sides import MeshLoadCurves, contact_sides
 from fegear.elasticity.cyclic_gear import CyclicGear
 from fegear.files.errors import InputError
-from fegear.files.free_memory import available_bytes
 from fegear.gearset.model import GearSet
 
 STEP_SIZES = 5  # whose operators are held at a time: kept, in use and in the making
 N_FIELDS = 24  # of all freedoms: states, their copies, and what a step makes of them
 BYTES_PER_NUMBER = 8  # bytes
+GROUP = Path("/sys/fs/cgroup")  # of a container, which may have less than its host
 
 
 def full_bytes(
@@ -34,6 +36,20 @@ def full_bytes(
         ring = 2 * BYTES_PER_NUMBER * (cyclic_gear.teeth // 2 + 1) * cut**2
         total += STEP_SIZES * (condensed + ring) + N_FIELDS * field
     return total
+
+
+def available_bytes() -> float:
+    """Memory that a computation can still get, in a container what its limit leaves."""
+    import psutil  # type: ignore[import-untyped]
+
+    available = float(psutil.virtual_memory().available)
+    with suppress(OSError, ValueError):  # ValueError: "max", no limit
+        limit, used = (
+            float((GROUP / name).read_text())
+            for name in ("memory.max", "memory.current")
+        )
+        available = min(available, limit - used)
+    return available
 
 
 def require_memory(gear_set: GearSet, needed: float) -> None:

@@ -26,8 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array, csr_array
 
-from fegear.elasticity.boundary import BoundaryQuadrature, edge_quadrature
-from fegear.elasticity.foundation import foundation_stiffness
+from fegear.elasticity.boundary import (
+    BoundaryQuadrature,
+    edge_quadrature,
+    foundation_stiffness,
+)
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.plane_elements import dofs_of_nodes, plane_basis
 from fegear.files.timing import stage

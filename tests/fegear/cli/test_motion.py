@@ -124,13 +124,3 @@ def test_progress_tells_the_speed_on_the_way(monkeypatch):
     ]
     assert reports[1][0].startswith("2000 Hz, period ")
     assert reports[-1][0].startswith("2030 Hz, period ")
-
-
-def test_the_earlier_name_of_the_command(tmp_path):
-    arguments = "liu-pair", "--speed", "900", "--excitation", "rectangular"
-    earlier, now = tmp_path / "earlier.csv", tmp_path / "now.csv"
-    for name, path in (("wave", earlier), ("motion", now)):
-        result = CliRunner().invoke(app, [name, *arguments, "-o", str(path)])
-        assert result.exit_code == 0
-    assert earlier.read_bytes() == now.read_bytes()
-    assert " wave " not in CliRunner().invoke(app, ["--help"]).stdout

@@ -47,15 +47,16 @@ from fegear.gearset.read import load_tables
 from fegear.studies import load_study
 from fegear.studies.page import Page, RowTable, cell
 from fegear.studies.problem import Job, Task
-from fegear.studies.registry import commands
+from fegear.studies.registry import Command, commands
 from fegear.studies.result import StudyResult
 from fegear.studies.running import Job as RunningJob
 from fegear.studies.running import run as run_study
 from fegear.studies.settings import SettingsGroup, exposed_fields, group_of, setting
-from fegear.studies.study import Range, Study
+from fegear.studies.study import Study
 from fegear.studies.table import Table
 from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.csv_text import parse_csv
+from lumped.common.options import Range
 from lumped.figures.drawing import panels
 
 
@@ -115,7 +116,8 @@ class SquaresResult(StudyResult):
 @pytest.fixture
 def toy(monkeypatch):
     """The command line with the toy study."""
-    monkeypatch.setitem(commands(), "squares", ("", "Squares", "Squares of numbers."))
+    squares = Command("squares", "Squares of numbers.", __name__, "Squares")
+    monkeypatch.setitem(commands(), "squares", squares)
     monkeypatch.setattr(groups, "load_study", lambda command: Squares)
 
     def invoke(*arguments: object) -> Any:
