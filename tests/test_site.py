@@ -9,6 +9,7 @@ from typing import Any
 
 from fegear.files.codes import codes
 from fegear.files.keys import FILE_KINDS
+from fegear.studies.registry import listed as help_sections
 
 DOCS = Path(__file__).parents[1] / "docs"
 DIRECTIVE = re.compile(r"^```\{([\w-]+)\} ?(.*)$", re.MULTILINE)

@@ -1,19 +1,22 @@
 """Frozen values as plain data, and back: for files that are data, never code.
 
 A value is a tree of numbers, texts, arrays, sequences, mappings, enumerations, paths,
-named tuples and dataclasses. Classes are named by their module, and only those of this
-program are loaded. A value that several others hold is written once. What properties
-cached is left out.
+named tuples and dataclasses. Classes are named by their package, not by their module,
+and only those of this program are loaded. A value that several others hold is written
+once. What properties cached is left out.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from enum import Enum
 from fractions import Fraction
+from functools import cache
 from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path, PurePath
 from types import MappingProxyType
 from typing import Any
@@ -24,6 +27,7 @@ from numpy.typing import NDArray
 from fegear.files.netcdf import EXACT_INTEGERS, largest_integer
 
 PACKAGES = frozenset({"fegear", "lumped", "meshes"})  # whose classes files may name
+CLASS = re.compile(r"^class (\w+)", re.MULTILINE)
 SEQUENCES = {"tuple": tuple, "list": list, "set": set, "frozenset": frozenset}
 
 
@@ -198,20 +202,25 @@ def _plain_float(value: float) -> Any:
 
 
 def name_of_class(kind: type, packages: frozenset[str] = PACKAGES) -> str:
-    """`module:name` of a class of this program; ValueError for others."""
-    if kind.__module__.partition(".")[0] not in packages:
+    """Package and name of a class of this program; ValueError for others.
+
+    Its module is no part of it: files outlive a class that moves.
+    """
+    package = kind.__module__.partition(".")[0]
+    if package not in packages:
         raise ValueError(f"{kind.__module__}.{kind.__qualname__}")
-    return f"{kind.__module__}:{kind.__qualname__}"
+    return f"{package}.{kind.__qualname__}"
 
 
 def class_of(name: str, packages: frozenset[str] = PACKAGES) -> Any:
     """The class that a name stands for: a dataclass, named tuple or enumeration."""
-    module, _, path = name.partition(":")
-    package, *inner = module.split(".")
-    if package not in packages or "__main__" in inner:  # which would run it
+    package, _, path = name.partition(".")
+    outer, *inner = path.split(".")
+    modules = _homes(package).get(outer, ()) if package in packages else ()
+    if len(modules) != 1:
         raise ValueError(f"{name} is no class of this program")
-    kind: Any = import_module(module)
-    for part in path.split("."):
+    kind: Any = getattr(import_module(modules[0]), outer, None)
+    for part in inner:
         kind = getattr(kind, part, None)
     valid = isinstance(kind, type) and (
         is_dataclass(kind) or hasattr(kind, "_fields") or issubclass(kind, Enum)
@@ -219,6 +228,19 @@ def class_of(name: str, packages: frozenset[str] = PACKAGES) -> Any:
     if not valid:
         raise ValueError(f"{name} is no class of values")
     return kind
+
+
+@cache
+def _homes(package: str) -> Mapping[str, list[str]]:
+    """Modules of a package that define a class, by its name; none of them is run."""
+    spec = find_spec(package)
+    homes: dict[str, list[str]] = {}
+    for root in spec.submodule_search_locations or () if spec else ():
+        for path in sorted(Path(root).rglob("*.py")):
+            module = ".".join([package, *path.relative_to(root).with_suffix("").parts])
+            for name in CLASS.findall(path.read_text("utf-8")):
+                homes.setdefault(name, []).append(module.removesuffix(".__init__"))
+    return homes
 
 
 def _type_of(dtype: np.dtype[Any]) -> dict[str, Any]:

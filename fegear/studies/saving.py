@@ -30,7 +30,7 @@ from fegear.studies.page import ColumnTable, Page, RowTable
 from fegear.studies.registry import packages
 from fegear.studies.table import Table, Tabled, tables_of
 
-FORMAT = "fegear result 2"
+FORMAT = "fegear result 3"
 
 
 @dataclass(frozen=True, eq=False)

@@ -148,12 +148,14 @@ def test_other_values_are_refused(value):
 @pytest.mark.parametrize(
     "name",
     [
-        "os:system",
-        "builtins:eval",
-        "fegear.files.store:os.system",
-        "fegear.cli:main",
-        "fegear.files.errors:InputError",
-        "fegear.studies.study:os",
+        "os.system",
+        "builtins.eval",
+        "fegear.os.system",
+        "fegear.main",
+        "fegear.InputError",
+        "fegear.Job",
+        "fegear.GearSet.__init__",
+        "lumped.GearSet",
     ],
 )
 def test_names_of_no_class_of_values_are_refused(name):

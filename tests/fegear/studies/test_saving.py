@@ -112,6 +112,14 @@ def test_a_forged_tree_is_refused_in_a_line(file, content):
         fegear.load(file)
 
 
+def test_a_file_names_no_module(file):
+    """A class that moves to another one is still found."""
+    attributes, _ = read_netcdf(file)
+    named = re.findall(r'"(?:class|named|enum)": "([^"]*)"', attributes["result"])
+    assert "fegear.StaticsResult" in named
+    assert {name.count(".") for name in named} == {1}
+
+
 def test_another_format_is_refused(file):
     edited(file, lambda attributes, _: attributes.update(format="other"))
     with pytest.raises(InputError, match=r"is no result that was saved$"):
