@@ -116,7 +116,7 @@ def test_a_file_names_no_module(file):
     """A class that moves to another one is still found."""
     attributes, _ = read_netcdf(file)
     named = re.findall(r'"(?:class|named|enum)": "([^"]*)"', attributes["result"])
-    assert "fegear.StaticsResult" in named
+    assert "fegear.SweepResult" in named
     assert {name.count(".") for name in named} == {1}
 
 
