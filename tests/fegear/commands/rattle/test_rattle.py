@@ -19,7 +19,7 @@ from fegear.cli import app, run
 from fegear.commands.rattle.basin import default_side
 from fegear.commands.rattle.machine_studies import default_returns
 
-GUIDE = Path(__file__).parents[3] / "docs" / "howto" / "rattle.md"
+GUIDE = Path(__file__).parents[4] / "docs" / "howto" / "rattle.md"
 BASIN = "rattle", "basin", "roots-scaled"
 SMALL = (*BASIN, "--grid", "30", "--delta", "0.575")
 
