@@ -6,19 +6,17 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Literal
 
 import numpy as np
 
+from fegear.commands.bifurcations.result import BifurcationsResult
 from fegear.files.errors import InputError
 from fegear.files.records import Records
 from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.plausibility import motion_warnings
-from fegear.studies.columns import meanings
-from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
 from fegear.studies.problem import Job, Task
-from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import (
     SettingsGroup,
     display_name,
@@ -28,10 +26,8 @@ from fegear.studies.settings import (
     setting,
 )
 from fegear.studies.study import Study
-from fegear.studies.table import Table
 from fegear.studies.trains.axes import axis_setting
 from fegear.studies.trains.driver_speed import DRIVER_SPEED
-from fegear.studies.trains.headings import edits_in_words
 from fegear.studies.trains.loads import torque_setting
 from fegear.studies.trains.model_texts import body_modes_warnings, integration_in_words
 from fegear.studies.trains.models import ALL_MODELS, lumped_integration, lumped_model
@@ -43,11 +39,9 @@ from fegear.studies.trains.speeds import (
     rpm_setting,
     with_frequencies,
 )
-from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.lumped_models import LumpedModel, require_method
 from lumped.attractors.attractor_sweeps import (
     AttractorBranch,
-    AttractorInterval,
     SystemAt,
     sweep_attractors,
 )
@@ -55,23 +49,14 @@ from lumped.attractors.attractors import Attractor, SectionSettings
 from lumped.branches.motions import ParameterFamily, SpeedFamily
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
-from lumped.figures.attractor_plots import draw_attractors
-from lumped.figures.map_plots import axis_label
 from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import Axis
 from lumped.steady.response import Response
 from lumped.steady.sweep import DIRECTIONS, Direction, reporting_observer
 from lumped.train.system import LumpedSystem
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 MAX_VALUES = 10_000
 MAX_ROWS = 1_000_000  # of the table, some 100 bytes each
-COLUMNS = (
-    *("direction", "mesh", "section", "dte_m", "dte_rate_m_per_s", "motion"),
-    *("period_multiple", "lyapunov_per_period", "lyapunov_stderr_per_period"),
-)
 
 
 # by name, what a speed as a parameter may be
@@ -283,116 +268,6 @@ class BifurcationsProblem(ParametricProblem):
             peaks = np.abs(np.concatenate(deflections)).max(axis=0)
             where = ", at its worst section"
             yield from motion_warnings(self.gears, where, peaks, 0.0 * peaks)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class BifurcationsResult(StudyResult):
-    """Attractors over a parameter."""
-
-    study: Bifurcations
-    facts: TrainFacts
-    branches: tuple[AttractorBranch, ...]
-
-    @property
-    def complete(self) -> bool:
-        return all(branch.complete for branch in self.branches)
-
-    @property
-    def empty(self) -> bool:
-        return not any(branch.values for branch in self.branches)
-
-    @property
-    def failure(self) -> str:
-        """Message with the values at which motions diverged."""
-        name = self.study.over.name
-        return "; ".join(
-            f"the motion diverged at {name} = {b.values[-1]:.12g}, {b.direction}"
-            for b in self.branches
-            if b.attractors and b.attractors[-1].kind == "diverged"
-        )
-
-    @property
-    def table(self) -> Table:
-        """A row for each value, mesh and point of its section."""
-        names = (self.study.over.name, *COLUMNS)
-        legend = meanings("bifurcations", *COLUMNS)
-        table = Table(names, self._rows, {**self.facts.header, **legend})
-        return self.facts.with_driver_speed(table)
-
-    def _rows(self) -> Iterator[list[object]]:
-        for branch in self.branches:
-            for value, attractor in zip(branch.values, branch.attractors, strict=True):
-                last = (
-                    attractor.kind,
-                    attractor.multiple,
-                    attractor.exponent,
-                    attractor.stderr,
-                )
-                for (k, m), error in np.ndenumerate(attractor.deflection):
-                    rate = float(attractor.rate[k, m])
-                    point = branch.direction, m + 1, k + 1, float(error), rate
-                    yield [value, *point, *last]
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        return {
-            **self.facts.summary,
-            "values": len(self.study.over.values),
-            "branches": [_branch_values(branch) for branch in self.branches],
-            "warnings": list(self.facts.warnings),
-        }
-
-    @property
-    def figures(self) -> dict[str, Draw]:
-        return {"plot": self._diagram}
-
-    def _diagram(self) -> Figure:
-        study = self.study
-        label = SpeedFamily.label if study.over_speed else axis_label(study.over.name)
-        changes = edits_in_words(self.facts.header)
-        title = f"{self.facts.title}\n{changes}".strip()
-        return draw_attractors(self.branches, label, title)
-
-    def page(self) -> Page:
-        values = self.summary
-        yield from self.facts.notes
-        yield self.facts.title
-        for branch in values["branches"]:
-            done = pluralize(branch["finished_values"], "value")
-            trend = "rising" if branch["direction"] == "up" else "falling"
-            title = f"{values['over']}, {done}, {trend}"
-            columns = ("motion", "begins by")
-            yield RowTable(branch["stretches"], STRETCH, title, columns)
-            if not branch["complete"]:
-                yield f"ended after {done} of {values['values']}"
-
-
-STRETCH: Columns = {
-    "from": lambda row: f"{row['first']:.6g}",
-    "to": lambda row: f"{row['last']:.6g}",
-    "motion": lambda row: str(row["motion"]),
-    "largest exponent\n[1/period]": cell("largest_lyapunov_per_period", 3),
-    "begins by": lambda row: str(row["begins_by"]),
-}
-
-
-def _branch_values(branch: AttractorBranch) -> dict[str, Any]:
-    return {
-        "direction": branch.direction,
-        "complete": branch.complete,
-        "finished_values": len(branch.values),
-        "stretches": [_plain_stretch(interval) for interval in branch.intervals],
-    }
-
-
-def _plain_stretch(stretch: AttractorInterval) -> dict[str, Any]:
-    return {
-        "first": stretch.first,
-        "last": stretch.last,
-        "motion": stretch.name,
-        "begins_by": stretch.transition,
-        "largest_lyapunov_per_period": stretch.exponent,
-    }
 
 
 @dataclass(frozen=True, eq=False)

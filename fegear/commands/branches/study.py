@@ -5,19 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import isnan
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fegear.files.codes import with_code
+from fegear.commands.branches.result import SCHEME, STEPPED, BranchesResult
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.statics.plausibility import motion_warnings
-from fegear.studies.columns import meanings
-from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.problem import Job, Task
-from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import (
     SettingsGroup,
     display_name,
@@ -27,7 +22,6 @@ from fegear.studies.settings import (
     setting,
 )
 from fegear.studies.study import Study
-from fegear.studies.table import Table
 from fegear.studies.trains.axes import (
     limits,
     limits_axis,
@@ -49,34 +43,18 @@ from fegear.studies.trains.speeds import (
     rpm_limits_setting,
     with_frequencies,
 )
-from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.lumped_models import LumpedModel, natural_frequencies
-from lumped.branches.cascades import Cascade, find_cascades
+from lumped.branches.cascades import find_cascades
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
-from lumped.branches.points import BranchPoint
 from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
 from lumped.common.workers import Stopped
-from lumped.figures.branches import draw_branches
 from lumped.steady.maps import Axis
 from lumped.train.system import LumpedSystem
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 SPEEDS = Range(0.1, 1e6, "Hz")
-SCHEME = "harmonic balance"
-STEPPED = "fixed points of the map over a period"
-COLUMNS = (
-    *(MESH_FREQUENCY, "mesh", "dte_rms_m", "dte_peak_m"),
-    *("stable", "floquet_max", "kind", "period_multiple"),
-)
-LEGEND = (
-    *("branch", "index", MESH_FREQUENCY, "mesh", "dte_rms_m"),
-    *("stable", "floquet_max", "kind", "period_multiple"),
-)
 
 
 POINTS = 300.0  # of branches by mesh, about, as long as settled motions
@@ -345,182 +323,3 @@ class BranchesProblem(ParametricProblem):
         peaks = np.max([point.figures["dte_peak"] for point in points], axis=0)
         where = ", at its worst point"
         yield from motion_warnings(self.gears, where, peaks, 0.0 * peaks)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class BranchesResult(StudyResult):
-    """Branches of a gear set.
-
-    natural_Hz : natural frequencies of modes that strain a mesh [Hz]
-    natural : which these are, in words
-    cascades : of period doublings, from branch to branch
-    is_integrated : whether motions are fixed points of the map over their period, not
-        of harmonic balance
-    """
-
-    study: Branches
-    facts: TrainFacts
-    branches: tuple[PeriodicBranch, ...]
-    natural_Hz: tuple[float, ...]
-    natural: str
-    cascades: tuple[Cascade, ...] = ()
-    complete: bool = True
-    is_integrated: bool = False
-
-    @property
-    def empty(self) -> bool:
-        return not self.branches
-
-    @property
-    def _over_speed(self) -> bool:
-        return self.study.over is None
-
-    @property
-    def table(self) -> Table:
-        """A row for each point and mesh."""
-        over = () if self._over_speed else (self.study.parameter,)
-        names = "branch", "index", *over, *COLUMNS
-        legend = meanings("branches", *LEGEND)
-        table = Table(names, self._rows, {**self.facts.header, **legend})
-        return self.facts.with_driver_speed(table)
-
-    def _rows(self) -> Iterator[tuple[Any, ...]]:
-        for place, branch in enumerate(self.branches, start=1):
-            for index, point in enumerate(branch.points, start=1):
-                over = () if self._over_speed else (point.best_parameter,)
-                speed = point.best_parameter if self._over_speed else point.frequency
-                for m in range(point.figures["dte_rms"].size):
-                    sizes = (
-                        float(point.figures[n][m]) for n in ("dte_rms", "dte_peak")
-                    )
-                    stability = int(point.stable), point.largest, point.kind
-                    row = place, index, *over, speed, m + 1, *sizes, *stability
-                    yield *row, branch.multiple
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """None for what varies."""
-        study = self.study
-        return {
-            **self.facts.summary,
-            "harmonics": None if self.is_integrated else study.numerics.harmonics,
-            "natural_frequencies": self.natural,
-            "natural_frequencies_Hz": list(self.natural_Hz),
-            "interrupted": not self.complete,
-            "branches": [
-                _branch_values(branch, study.parameter, self.is_integrated)
-                for branch in self.branches
-            ],
-            "cascades": [
-                _cascade_values(cascade, self._over_speed) for cascade in self.cascades
-            ],
-            "warnings": list(self.facts.warnings),
-        }
-
-    @property
-    def figures(self) -> dict[str, Draw]:
-        return {"plot": self._diagram}
-
-    def _diagram(self) -> Figure:
-        label = SpeedFamily.label if self._over_speed else self.study.parameter
-        return draw_branches(self.branches, label, self.facts.title)
-
-    def page(self) -> Page:
-        values = self.summary
-        yield from self.facts.notes
-        yield self.facts.title
-        over_speed = self._over_speed
-        name, unit = ("frequency_Hz", " Hz") if over_speed else ("value", "")
-        ends = ("from_Hz", "to_Hz") if over_speed else ("from", "to")
-        for place, branch in enumerate(values["branches"], start=1):
-            repeats = pluralize(branch["period_multiple"], "period")
-            largest = _micrometres(branch["largest_dte_rms_m"])
-            error = branch["relative_error_of_rms"]
-            finer = "more harmonics" if values["harmonics"] else "finer steps"
-            checked = f", which shooting does not confirm: {finer} may be needed"
-            if error is not None:
-                checked = f", {100.0 * error:.2g} % off by shooting"
-            largest_rms = with_code(
-                "E06",
-                f"largest RMS of dynamic transmission error of the meshes {largest} "
-                f"um{checked}",
-            )
-            yield (
-                f"branch {place}: {pluralize(branch['points'], 'point')}, "
-                f"{branch['stable_points']} of them stable, {branch[ends[0]]:.6g} to "
-                f"{branch[ends[1]]:.6g}{unit}, repeats after {repeats}\n"
-                f"  {largest_rms}\n"
-                f"  begins {branch['origin']}; ends: {branch['end']}"
-            )
-            for bifurcation in branch["bifurcations"]:
-                levels = _micrometres(bifurcation["dte_rms_m"])
-                at = f"{_place(bifurcation[name], bifurcation['located_by']):>10}{unit}"
-                yield f"  {at}  {bifurcation['kind']:<15} RMS {levels} um"
-        for cascade in self.cascades:
-            rows = _cascade_rows(cascade)
-            title = "period doublings, from branch to branch"
-            yield RowTable(rows, CASCADE, title, ("period multiple",))
-            yield f"they end near {cascade.limit:#.7g}{unit}"
-
-
-CASCADE: Columns = {
-    "period multiple": lambda row: f"{row['multiple']} to {2 * row['multiple']}",
-    "at": lambda row: f"{row['at']:#.7g}",
-    "ratio": lambda row: "" if row["ratio"] is None else f"{row['ratio']:.3g}",
-}
-
-
-def _cascade_rows(cascade: Cascade) -> list[dict[str, Any]]:
-    """Each doubling, with the ratio of the interval before it to that after it."""
-    ratios = None, *cascade.ratios, None
-    doublings = zip(cascade.multiples, cascade.parameters, ratios, strict=True)
-    return [{"multiple": m, "at": p, "ratio": r} for m, p, r in doublings]
-
-
-def _cascade_values(cascade: Cascade, over_speed: bool) -> dict[str, Any]:
-    at, limit = ("frequencies_Hz", "limit_Hz") if over_speed else ("values", "limit")
-    return {
-        "period_multiples": list(cascade.multiples),
-        at: list(cascade.parameters),
-        "ratios": list(cascade.ratios),
-        limit: cascade.limit,
-    }
-
-
-def _place(value: float, located_by: str) -> str:
-    """A parameter in as many digits as it is right to."""
-    return f"{value:#.6g}" if located_by == "shooting" else f"~{value:.4g}"
-
-
-def _micrometres(lengths: list[float]) -> str:
-    return ", ".join(number(1e6 * length, 4) for length in lengths)
-
-
-def _branch_values(branch: PeriodicBranch, over: str, stepped: bool) -> dict[str, Any]:
-    values = [point.parameter for point in branch.points]
-    levels = np.array([point.figures["dte_rms"] for point in branch.points])
-    low, high = ("from_Hz", "to_Hz") if over == MESH_FREQUENCY else ("from", "to")
-    return {
-        "period_multiple": branch.multiple,
-        "points": len(branch.points),
-        "stable_points": sum(point.stable for point in branch.points),
-        low: min(values),
-        high: max(values),
-        "largest_dte_rms_m": levels.max(axis=0).tolist(),
-        "relative_error_of_rms": None if isnan(branch.error) else branch.error,
-        "origin": branch.origin,
-        "end": branch.reason,
-        "closed": branch.closed,
-        "bifurcations": [
-            _bifurcation(point, over, stepped) for point in branch.bifurcations
-        ],
-    }
-
-
-def _bifurcation(point: BranchPoint, over: str, stepped: bool) -> dict[str, Any]:
-    rms = point.figures["dte_rms"].tolist()
-    name = "frequency_Hz" if over == MESH_FREQUENCY else "value"
-    by = STEPPED if stepped else SCHEME
-    by = by if isnan(point.refined_parameter) else "shooting"
-    place = {name: point.best_parameter, "located_by": by}
-    return {"kind": point.kind, **place, "dte_rms_m": rms}

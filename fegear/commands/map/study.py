@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -11,19 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from fegear.commands.map.result import MapResult
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import written_speeds
 from fegear.gearset.model import GearSet
 from fegear.statics.plausibility import motion_warnings
-from fegear.studies.page import Page, number, pluralize
 from fegear.studies.problem import Job, Task
-from fegear.studies.result import Draw, StudyResult
 from fegear.studies.settings import display_name, setting
 from fegear.studies.study import Study
-from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains.axes import axes_setting
-from fegear.studies.trains.headings import edits_in_words
 from fegear.studies.trains.loads import torque_setting
 from fegear.studies.trains.model_texts import integration_in_words
 from fegear.studies.trains.models import (
@@ -45,35 +41,27 @@ from fegear.studies.trains.speeds import (
     speeds_setting,
     with_frequencies,
 )
-from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.lumped_models import LumpedModel, require_method
 from lumped.attractors.attractor_sweeps import sweep_attractors
 from lumped.attractors.attractors import (
-    MAX_NEUTRAL_EXPONENT,
     Attractor,
     find_attractor,
 )
 from lumped.branches.motions import SpeedFamily
 from lumped.common.csv_text import format_exact
 from lumped.common.workers import NeverStop, Stop, Stopped
-from lumped.figures.map_plots import draw_map
 from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import (
     Axis,
     Cell,
     ParameterMap,
     cell_of,
-    map_columns,
-    map_rows,
     run_map,
 )
 from lumped.steady.respond import respond_confirmed
 from lumped.steady.response import Response
 from lumped.steady.sweep import DIRECTIONS, Direction, sweep
 from lumped.train.system import LumpedSystem
-
-FORMAT = "lumped parameter map 2"
-MAX_REASONS = 3  # why points are impossible, on the screen
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -272,117 +260,6 @@ class CollectedAttractors:
     def add(self, response: Response, attractor: Attractor) -> None:
         self.responses.append(replace(response, state=None))
         self.attractors.append(attractor)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class MapResult(StudyResult):
-    """Vibration over a grid of parameters."""
-
-    study: Map
-    facts: TrainFacts
-    parameter_map: ParameterMap
-
-    @property
-    def table(self) -> Table:
-        """A row for each point and mesh."""
-        header = {"format": FORMAT, **self.parameter_map.header}
-        for axis in self.parameter_map.axes:
-            header[f"axis {axis.name}"] = " ".join(repr(float(v)) for v in axis.values)
-        rows = partial(map_rows, self.parameter_map)
-        table = Table(map_columns(self.parameter_map), rows, header)
-        return self.facts.with_driver_speed(table)
-
-    @cached_property
-    def summary(self) -> dict[str, Any]:
-        """Smallest and largest vibration of every mesh, and where."""
-        parameter_map = self.parameter_map
-        cells = parameter_map.cells.values()
-        statuses = [cell.status.partition(":")[0] for cell in cells]
-        return {
-            "gear_set": parameter_map.header["gear set"],
-            "excitation": parameter_map.header["excitation"],
-            "response": parameter_map.header["response"],
-            "points": len(parameter_map.points),
-            "statuses": {
-                status: statuses.count(status) for status in sorted(set(statuses))
-            },
-            "reasons": sorted({c.status for c in cells if c.status.startswith("imp")}),
-            "extremes": list(self._extremes()),
-            "largest_lyapunov_per_period": self._largest_exponent,
-            "chaotic_points": self._chaotic_points,
-            "warnings": list(self.facts.warnings),
-        }
-
-    @property
-    def _largest_exponent(self) -> float | None:
-        """Per period of the first mesh; None without exponents."""
-        if not self.study.exponents:
-            return None
-        return finite_or_none(np.fmax.reduce(self.parameter_map.exponents, axis=None))
-
-    @property
-    def _chaotic_points(self) -> int | None:
-        """Number of points with a clearly positive exponent; None without exponents."""
-        if not self.study.exponents:
-            return None
-        return int((self.parameter_map.exponents > MAX_NEUTRAL_EXPONENT).sum())
-
-    def _extremes(self) -> Iterator[dict[str, Any]]:
-        names = [axis.name for axis in self.parameter_map.axes]
-        for mesh in range(self.parameter_map.meshes):
-            rms = self.parameter_map.on_grid("dte_rms_m", mesh).ravel()
-            for kind, pick in (("smallest", np.nanargmin), ("largest", np.nanargmax)):
-                if np.isnan(rms).all():
-                    continue
-                place = int(pick(rms))
-                yield {
-                    "mesh": mesh + 1,
-                    "extreme": kind,
-                    "dte_rms_m": float(rms[place]),
-                    "at": dict(
-                        zip(names, self.parameter_map.points[place], strict=True)
-                    ),
-                }
-
-    @property
-    def figures(self) -> dict[str, Draw]:
-        return {"plot": lambda: draw_map(self.parameter_map, self._title)}
-
-    @property
-    def _title(self) -> str:
-        facts = self.facts.summary
-        fixed = {"torque {:g} N m": "torque_Nm", "damping ratio {:g}": "damping_ratio"}
-        changes = [
-            form.format(facts[name])
-            for form, name in fixed.items()
-            if facts[name] is not None
-        ]
-        changes.append(edits_in_words(self.parameter_map.header))
-        return (
-            f"{facts['gear_set']}, model {facts['model']}, {facts['excitation']}, "
-            f"{self.study.response}\n{', '.join(filter(None, changes))}"
-        )
-
-    def page(self) -> Page:
-        values = self.summary
-        counts = ", ".join(f"{n} {status}" for status, n in values["statuses"].items())
-        yield from self.facts.notes
-        yield (
-            f"{values['gear_set']}, {values['excitation']}, {values['response']}\n"
-            f"{pluralize(values['points'], 'point')}: {counts}"
-        )
-        yield from itertools.islice(values["reasons"], MAX_REASONS)
-        for extreme in values["extremes"]:
-            place = ", ".join(f"{name} = {v:g}" for name, v in extreme["at"].items())
-            yield (
-                f"mesh {extreme['mesh']}: {extreme['extreme']} RMS of DTE "
-                f"{number(1e6 * extreme['dte_rms_m'], 4)} um at {place}"
-            )
-        if values["chaotic_points"] is not None:
-            yield (
-                f"chaotic at {pluralize(values['chaotic_points'], 'point')}: "
-                f"largest Lyapunov exponent above {MAX_NEUTRAL_EXPONENT:g} per period"
-            )
 
 
 def _map_warnings(parameter_map: ParameterMap, gear_set: GearSet) -> Iterator[str]:

@@ -9,10 +9,12 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field
 
-from fegear.commands.branches.study import Branches, BranchesResult
+from fegear.commands.branches.result import BranchesResult
+from fegear.commands.branches.study import Branches
 from fegear.commands.sweep.study import Sweep, SweepResult
 from fegear.commands.theory.figure import response_points
-from fegear.commands.theory.study import Theory, TheoryResult
+from fegear.commands.theory.result import TheoryResult
+from fegear.commands.theory.study import Theory
 from fegear.studies.running import run
 from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.branches.periodic import BranchSettings, PeriodicBranch

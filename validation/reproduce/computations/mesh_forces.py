@@ -9,7 +9,8 @@ from typing import Annotated, ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from fegear.commands.motion.study import Motion, MotionResult
+from fegear.commands.motion.result import MotionResult
+from fegear.commands.motion.study import Motion
 from fegear.studies.running import run
 from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.progress import Progress

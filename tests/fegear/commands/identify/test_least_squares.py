@@ -14,11 +14,8 @@ from fegear.commands.identify.least_squares import (
     identify,
     stiffness_model,
 )
-from fegear.commands.identify.study import (
-    Identification,
-    IdentificationResult,
-    plain_candidate,
-)
+from fegear.commands.identify.result import IdentificationResult, plain_candidate
+from fegear.commands.identify.study import Identification
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.statics.settings import StaticsSettings

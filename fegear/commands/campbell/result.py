@@ -1,0 +1,232 @@
+"""What a Campbell diagram shows and writes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from fegear.files.codes import with_code
+from fegear.studies.page import Columns, Page, RowTable, cell, number
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.table import Table, finite_or_none
+from lumped.figures.campbell import CampbellCurves, OrderLine, draw_campbell
+from lumped.rotors.whirl import Instability, mode_kind
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeanStiffness:
+    """Mean stiffness of a mesh and where it comes from."""
+
+    mesh: int
+    stiffness_N_per_m: float
+    origin: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpinningShaft:
+    """A shaft by its gears, and its speed over that of the first mesh's driver."""
+
+    gears: str
+    speed_ratio: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class CriticalEntry:
+    """A speed at which an order meets a natural frequency."""
+
+    excitation: str
+    order: float
+    driver_speed_rpm: float
+    frequency_Hz: float
+    kind: str
+    shaft: str
+    whirl: float
+    damping_ratio: float
+    mesh_energy_fraction: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class UnstableSpeeds:
+    """Speeds between which vibration grows."""
+
+    kind: Instability
+    from_rpm: float
+    to_rpm: float
+    frequency_Hz: float
+
+
+MAX_SHOWN = 24  # critical speeds on the screen
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CampbellResult(StudyResult):
+    """Campbell diagram of a gear set.
+
+    torque : on the input gear [N m], None where nothing depends on it
+    discretisation : largest relative change of a frequency with twice the elements
+    """
+
+    study: Any
+    gear_set: str
+    torque: float | None
+    mean_stiffness: tuple[MeanStiffness, ...]
+    shafts: tuple[SpinningShaft, ...]
+    curves: CampbellCurves
+    orders: tuple[OrderLine, ...]
+    critical: tuple[CriticalEntry, ...]
+    unstable: tuple[UnstableSpeeds, ...]
+    discretisation: float
+    gear_warnings: tuple[str, ...] = ()
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        curves = self.curves
+        return {
+            "gear_set": self.gear_set,
+            "torque_Nm": self.torque,
+            "max_rpm": float(curves.rpm[-1]),
+            "speeds": int(curves.rpm.size),
+            "shafts": list(map(asdict, self.shafts)),
+            "mean_stiffness": list(map(asdict, self.mean_stiffness)),
+            "modes": [
+                {
+                    "at_rest_Hz": finite_or_none(float(curves.frequency_Hz[0, mode])),
+                    "at_max_rpm_Hz": finite_or_none(
+                        float(curves.frequency_Hz[-1, mode])
+                    ),
+                    "kind": curves.kind(mode),
+                    "mesh_energy_fraction": float(curves.mesh_energy[0, mode]),
+                }
+                for mode in range(curves.count)
+            ],
+            "critical_speeds": list(map(asdict, self.critical)),
+            "instabilities": list(map(asdict, self.unstable)),
+            "discretisation_error": finite_or_none(self.discretisation),
+            "warnings": [*self.gear_warnings, *self._instability_warnings()],
+        }
+
+    def _instability_warnings(self) -> Iterator[str]:
+        for part in self.unstable:
+            yield with_code(
+                "W43",
+                f"vibration grows from {number(part.from_rpm)} to "
+                f"{number(part.to_rpm)} rpm, {part.kind}"
+                + (
+                    f" at {number(part.frequency_Hz)} Hz"
+                    if part.kind == "flutter"
+                    else ""
+                ),
+            )
+
+    @property
+    def _header(self) -> dict[str, str]:
+        meshes = {f"mesh {one.mesh}": one.origin for one in self.mean_stiffness}
+        shafts = {
+            f"shaft {number}": f"{shaft.gears}, {shaft.speed_ratio:.12g} of the speed"
+            for number, shaft in enumerate(self.shafts, start=1)
+        }
+        entries = self.study.gear_set.entries
+        return {"gear set": self.gear_set, **meshes, **shafts, **entries}
+
+    @property
+    def table(self) -> Table:
+        """A row for every speed and mode."""
+        names = (
+            *("driver_speed_rpm", "mode", "frequency_Hz", "damping_ratio", "kind"),
+            *("whirl", "torsion_fraction", "mesh_energy_fraction"),
+        )
+        return Table(names, self._rows, self._header)
+
+    def _rows(self) -> Iterator[tuple[Any, ...]]:
+        curves = self.curves
+        for row, rpm in enumerate(curves.rpm.tolist()):
+            for mode in range(curves.count):
+                at = row, mode
+                if not math.isfinite(curves.frequency_Hz[at]):
+                    continue
+                whirl, torsion = float(curves.whirl[at]), float(curves.torsion[at])
+                yield (
+                    rpm,
+                    mode + 1,
+                    float(curves.frequency_Hz[at]),
+                    float(curves.damping_ratio[at]),
+                    mode_kind(whirl, torsion),
+                    whirl,
+                    torsion,
+                    float(curves.mesh_energy[at]),
+                )
+
+    @property
+    def more_tables(self) -> dict[str, Table]:
+        """A row for every critical speed."""
+        names = tuple(CriticalEntry.__annotations__)
+        rows = [tuple(asdict(entry).values()) for entry in self.critical]
+        return {"critical": Table(names, lambda: rows, self._header)}
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {"plot": self._diagram}
+
+    def _diagram(self) -> Figure:
+        points = [(one.driver_speed_rpm, one.frequency_Hz) for one in self.critical]
+        spans = [(part.from_rpm, part.to_rpm) for part in self.unstable]
+        title = f"{self.gear_set}: Campbell diagram"
+        return draw_campbell(self.curves, self.orders, points, spans, title)
+
+    def page(self) -> Page:
+        values = self.summary
+        for shaft in self.shafts:
+            yield (
+                f"shaft of {shaft.gears}: {number(shaft.speed_ratio, 5)} times the "
+                "speed of the first driver"
+            )
+        for entry in self.mean_stiffness:
+            yield (
+                f"mesh {entry.mesh}: mean stiffness {entry.stiffness_N_per_m:.5g} N/m, "
+                f"{entry.origin}"
+            )
+        yield with_code(
+            "E25",
+            "frequencies change by at most "
+            f"{number(100.0 * self.discretisation, 2)} % with twice the elements",
+        )
+        yield RowTable(values["modes"], MODE_COLUMNS, f"{self.gear_set}, modes")
+        title = f"critical speeds to {number(values['max_rpm'], 4)} rpm"
+        if len(self.critical) > MAX_SHOWN:
+            title += f", the first {MAX_SHOWN} of {len(self.critical)}"
+        if self.critical:
+            shown = values["critical_speeds"][:MAX_SHOWN]
+            yield RowTable(shown, CRITICAL_COLUMNS, title)
+        else:
+            yield f"no {title}"
+        if not self.unstable:
+            yield "no vibration grows at any of the speeds"
+
+
+def _at_end(row: Any) -> str:
+    value = row["at_max_rpm_Hz"]
+    return "" if value is None else number(value, 5)
+
+
+MODE_COLUMNS: Columns = {
+    "at rest\n[Hz]": cell("at_rest_Hz", 5),
+    "at highest\nspeed [Hz]": _at_end,
+    "kind": lambda row: row["kind"],
+    "energy in\nmeshes [%]": cell("mesh_energy_fraction", 3, 100.0),
+}
+
+CRITICAL_COLUMNS: Columns = {
+    "excitation": lambda row: row["excitation"],
+    "speed of first\ndriver [rpm]": cell("driver_speed_rpm", 5),
+    "frequency\n[Hz]": cell("frequency_Hz", 5),
+    "kind": lambda row: row["kind"],
+    "shaft": lambda row: row["shaft"],
+    "damping\nratio": cell("damping_ratio", 3),
+    "energy in\nmeshes [%]": cell("mesh_energy_fraction", 3, 100.0),
+}

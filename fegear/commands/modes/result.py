@@ -1,0 +1,249 @@
+"""What natural modes show and write."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from fegear.files.codes import with_code
+from fegear.studies.page import ColumnTable, Page, pluralize
+from fegear.studies.result import StudyResult
+from fegear.studies.table import Table
+from fegear.studies.trains.model_texts import body_entries, body_modes_warnings
+from fegear.studies.trains.train_problem import bodies_described
+from fegear.train.lumped_models import default_speeds
+from lumped.train.coordinates import SPRING_KINDS
+from lumped.train.mode_families import (
+    Family,
+    Whirl,
+    multiplicities,
+)
+from lumped.train.modes import MIN_FELT_ENERGY, Modes
+from lumped.train.system import LumpedSystem
+
+ELSEWHERE = {
+    "shaft": "\nshafts\n[%]",
+    "bearing": "\nbearings\n[%]",
+    "body": "\nbodies\n[%]",
+}
+
+MIN_SHOWN_ENERGY = 5e-4  # part of the energy; a column without a larger one is left out
+
+MAX_COLUMNS = 3  # of meshes with a column of their own on the screen
+
+MIN_MESH_ENERGY_FRACTION = (
+    1e-6  # part of the strain energy in the meshes below which there is none
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class ModesResult(StudyResult):
+    """Modes of a train.
+
+    torque : on the input gear [N m], None where nothing depends on it
+    origins : of the mean stiffness of each mesh, in words
+    system : of the coupled model, None for others
+    averages : natural frequency of each mode about the averages of model 1 [Hz], None
+        for vibration of the bodies; empty for others than the coupled model at rest
+    reason : why the model was chosen, empty where it was given
+    families : of the modes of a planetary set, empty for others
+    whirl : senses of the orbits of its members at speed, empty at rest
+    """
+
+    study: Any
+    gear_set: str
+    torque: float | None
+    damping_ratio: float
+    modes: Modes
+    origins: list[str]
+    system: LumpedSystem | None = None
+    averages: tuple[float | None, ...] = ()
+    reason: str = ""
+    gear_warnings: tuple[str, ...] = ()
+    families: tuple[Family, ...] = ()
+    whirl: tuple[Whirl, ...] = ()
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        study, modes = self.study, self.modes
+        return {
+            "gear_set": self.gear_set,
+            "model_reason": self.reason or None,
+            "torque_Nm": self.torque,
+            "translations": study.translations,
+            "input_speed_rpm": study.rpm,
+            "damping_ratio": self.damping_ratio,
+            "mean_stiffness": [
+                {"mesh": m, "stiffness_N_per_m": float(value), "origin": origin}
+                for m, (value, origin) in enumerate(
+                    zip(modes.mean_stiffness, self.origins, strict=True), start=1
+                )
+            ],
+            "natural_frequencies_Hz": [
+                float(modes.frequency_Hz[i])
+                for i in np.flatnonzero(modes.mesh_energy.sum(axis=0) > MIN_FELT_ENERGY)
+            ],
+            "modes": [
+                {
+                    "frequency_Hz": float(modes.frequency_Hz[i]),
+                    "average_frequency_Hz": self.averages[i] if self.averages else None,
+                    "mesh_energy": [float(part) for part in modes.mesh_energy[:, i]],
+                    **{f"{part}_energy": v[i] for part, v in self._elsewhere.items()},
+                    "kind": name_mode(modes, i),
+                    **self._family(i),
+                }
+                for i in range(modes.frequency_Hz.size)
+            ],
+            **self._bodies(),
+        }
+
+    @cached_property
+    def _elsewhere(self) -> dict[str, list[float]]:
+        """Fractions (n,) of the strain energy that are not in the meshes.
+
+        What is left of the coupled model is in the bodies of the gears.
+        """
+        modes = self.modes
+        parts = {kind: modes.spring_energy(kind) for kind in SPRING_KINDS}
+        if self.system is not None:
+            elsewhere = modes.mesh_energy.sum(axis=0) + sum(parts.values())
+            parts["body"] = np.where(modes.strain > 0.0, 1.0 - elsewhere, 0.0)
+        return {kind: part.tolist() for kind, part in parts.items()}
+
+    def _family(self, i: int) -> dict[str, Any]:
+        """Family, multiplicity and whirl of a mode of a planetary set, None for
+        others."""
+        whirl = self.whirl[i] if self.whirl else None
+        if not self.families:
+            return {"family": None, "multiplicity": None, "whirl": whirl}
+        same = multiplicities(self.modes.frequency_Hz.tolist())
+        return {"family": self.families[i], "multiplicity": same[i], "whirl": whirl}
+
+    def _bodies(self) -> dict[str, Any]:
+        if self.system is None:
+            return {**bodies_described({}), "warnings": list(self.gear_warnings)}
+        speeds = default_speeds(self.system)
+        entries = bodies_described(body_entries(self.system, speeds))
+        warnings = body_modes_warnings(self.system, speeds)
+        return entries | {"warnings": [*self.gear_warnings, *warnings]}
+
+    @property
+    def table(self) -> Table:
+        """A row for every mode."""
+        meshes = range(1, len(self.origins) + 1)
+        first = ["frequency_Hz", *(["average_frequency_Hz"] if self.averages else [])]
+        parts = [f"{kind}_energy" for kind in self._elsewhere]
+        last = ["kind", *(("family", "multiplicity") if self.families else ())]
+        last += ["whirl"] if self.whirl else []
+        names = (
+            *first,
+            *(f"mesh{m}_energy_fraction" for m in meshes),
+            *(f"{part}_fraction" for part in parts),
+            *last,
+        )
+        rows = [
+            (
+                *(math.nan if mode[key] is None else mode[key] for key in first),
+                *mode["mesh_energy"],
+                *(mode[key] for key in (*parts, *last)),
+            )
+            for mode in self.summary["modes"]
+        ]
+        header = {
+            "gear set": self.gear_set,
+            "translations": "yes" if self.study.translations else "no",
+            **({"input speed": f"{self.study.rpm:g} rpm"} if self.whirl else {}),
+            **{f"mesh {m}": self.origins[m - 1] for m in meshes},
+            **self.study.gear_set.entries,
+        }
+        return Table(names, lambda: rows, header)
+
+    def page(self) -> Page:
+        values = self.summary
+        if self.reason:
+            yield self.reason
+        for entry in values["mean_stiffness"]:
+            yield (
+                f"mesh {entry['mesh']}: mean stiffness "
+                f"{entry['stiffness_N_per_m']:.5g} N/m, {entry['origin']}"
+            )
+        if values["body_modes"] is not None:
+            yield with_code(
+                "E05",
+                f"body modes of the gears {values['body_modes']}; those left out "
+                f"{values['body_modes_left_out']}",
+            )
+        title, torque = values["gear_set"], values["torque_Nm"]
+        if torque is not None:
+            title += f", {torque:g} N m on the input gear"
+        if self.whirl:
+            title += f", input at {values['input_speed_rpm']:g} rpm"
+        modes = self._shown(values["modes"])
+        columns = {}
+        if self.averages:
+            columns["averages\nof model 1\n[Hz]"] = [
+                "-" if (f := mode["average_frequency_Hz"]) is None else f"{f:.1f}"
+                for mode in modes
+            ]
+        columns |= self._energies(modes)
+        if self.families:
+            columns["family"] = [mode["family"] for mode in modes]
+        if self.whirl:
+            columns["whirl"] = [mode["whirl"] for mode in modes]
+        columns["what moves most"] = [mode["kind"] for mode in modes]
+        frequencies = [f"{mode['frequency_Hz']:10.1f}" for mode in modes]
+        yield ColumnTable(frequencies, columns, "natural\nfrequency\n[Hz]", title)
+        if left := values["modes"][len(modes) :]:
+            ends = (left[0]["frequency_Hz"], left[-1]["frequency_Hz"])
+            yield (
+                f"{pluralize(len(left), 'more mode')}, {ends[0]:.1f} to {ends[1]:.1f} "
+                "Hz, which the bodies add: all by -o or --json"
+            )
+
+    def _shown(self, modes: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        """The lowest modes, as many as the train has with rigid bodies."""
+        if self.system is None:
+            return modes
+        return modes[: self.system.modes.frequency_Hz.size]
+
+    def _energies(self, modes: list[dict[str, Any]]) -> dict[str, list[str]]:
+        """Columns of the parts of the strain energy, which add up to 100 %."""
+        meshes = range(len(self.origins))
+        if len(meshes) > MAX_COLUMNS:
+            columns = {
+                f"energy in\nmeshes 1 to {len(meshes)}\n[%]": [
+                    " ".join(str(round(100.0 * part)) for part in mode["mesh_energy"])
+                    for mode in modes
+                ]
+            }
+        else:
+            columns = {
+                f"energy in\nmesh {m + 1}\n[%]": [
+                    f"{100.0 * mode['mesh_energy'][m]:.1f}" for mode in modes
+                ]
+                for m in meshes
+            }
+        for kind, parts in self._elsewhere.items():
+            if any(abs(part) > MIN_SHOWN_ENERGY for part in parts):
+                columns[ELSEWHERE[kind]] = [
+                    f"{100.0 * max(part, 0.0):.1f}" for part in parts[: len(modes)]
+                ]
+        return columns
+
+
+def name_mode(modes: Modes, i: int) -> str:
+    """Rigid rotation, or the coordinate that holds most of the kinetic energy."""
+    energy = modes.coordinates.mass * np.abs(modes.shapes[:, i]) ** 2
+    gear, direction = modes.coordinates.labels[int(energy.argmax())]
+    if modes.frequency_Hz[i] == 0.0:
+        return (
+            "rigid rotation" if direction == "rotation" else f"free: {gear} {direction}"
+        )
+    leader = f"{gear} {direction}"
+    if modes.mesh_energy[:, i].sum() < MIN_MESH_ENERGY_FRACTION:
+        return f"strains no mesh: {leader}"
+    return leader

@@ -1,0 +1,287 @@
+"""What the table of a mesh shows and writes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, partial
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from fegear.commands.stiffness.crack_tips import CrackIntensities
+from fegear.commands.stiffness.figure import draw_table
+from fegear.commands.stiffness.path_figure import draw_harris, draw_path
+from fegear.files.codes import with_code
+from fegear.files.memory import peak_memory_MB
+from fegear.statics.harmonics import Harmonic
+from fegear.statics.mesh_result import StaticsResult, discretisation
+from fegear.statics.settings import CORNERS
+from fegear.statics.table_warnings import table_warnings
+from fegear.studies.columns import meanings
+from fegear.studies.page import Columns, Page, RowTable, cell
+from fegear.studies.result import Draw, StudyResult
+from fegear.studies.table import Table
+from lumped.train.table import MeshTable
+
+COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "mean k\n1e8 N/m": cell("mean_stiffness_N_per_m", 5, 1e-8),
+    "k p-p/\nmean k": cell("peak_to_peak_over_mean"),
+    "local k\n1e8 N/m": cell("mean_local_stiffness_N_per_m", 5, 1e-8),
+    "STE\nmean um": cell("ste_mean_um"),
+    "STE\np-p um": cell("ste_peak_to_peak_um"),
+    "NLTE\np-p um": cell("nlte_peak_to_peak_um"),
+    "friction\nbending": cell("friction_bending_ratio_mean", 3),
+}
+
+STRESS_COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "p pitch\nMPa": cell("pressure_at_pitch_point_plane_strain_MPa", none="none"),
+    "p max\nMPa": cell("max_pressure_plane_strain_MPa", none="none"),
+    "at position\nbase pitches": cell("max_pressure_at_position", 4, none="none"),
+    "root stress\ndriver MPa": cell("driver_root_stress_MPa", 4),
+    "root stress\ndriven MPa": cell("driven_root_stress_MPa", 4),
+    "loss factor\nH_V": cell("loss_factor", 4),
+}
+
+HARMONIC_COLUMNS = (
+    *("torque_Nm", "order", "ste_amplitude_m", "ste_phase_rad"),
+    *("stiffness_amplitude_N_per_m", "stiffness_phase_rad"),
+)
+
+DROP_COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "largest\ndrop %": cell("largest_stiffness_drop_percent", 4),
+    "at position\nbase pitches": cell("largest_drop_at_position", 5),
+}
+
+DROP_TITLE = "Mesh stiffness against that of the same gears without faults"
+
+STRESS_TITLE = (
+    "Contact pressure in plane strain without tip corners and kinks, root stress and "
+    "loss factor"
+)
+
+CRACK_COLUMNS = (
+    *("torque_Nm", "position", "gear", "tooth"),
+    *("mode1_stress_intensity_MPa_sqrt_m", "mode2_stress_intensity_MPa_sqrt_m"),
+    *("energy_release_rate_J_per_m2", "energy_release_rate_error_J_per_m2"),
+)
+
+TIP_COLUMNS: Columns = {
+    "gear": lambda row: row["gear"],
+    "tooth": lambda row: f"{row['tooth']}",
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "K_I\nMPa m^0.5": cell("mode1_stress_intensity_MPa_sqrt_m", 4),
+    "K_II\nMPa m^0.5": cell("mode2_stress_intensity_MPa_sqrt_m", 4),
+    "release\nrate J/m2": cell("energy_release_rate_J_per_m2", 4),
+    "estimated\nerror J/m2": cell("energy_release_rate_error_J_per_m2", 2),
+    "at position\nbase pitches": cell("position", 5),
+}
+
+ROOT_BESIDE_CRACKS = (
+    "root stress is that of teeth without a crack: while a cracked tooth carries the "
+    "load, that of the fillets of its neighbours"
+)
+
+TIP_TITLE = "Tips of cracks where their energy release rate is largest"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class StiffnessResult(StudyResult):
+    study: Any
+    gear_set: str
+    solved: StaticsResult
+    gear_warnings: tuple[str, ...] = ()
+    healthy: MeshTable | None = None
+    crack_tips: tuple[CrackIntensities, ...] = ()
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        solved, elements = self.solved, self.study.elements
+        return {
+            "gear_set": self.gear_set,
+            "mesh": solved.name,
+            "teeth": solved.teeth,
+            "plane": elements.plane,
+            "resolution": elements.resolution,
+            "corner_contact": CORNERS[elements.corner_contact],
+            "friction_coefficient": elements.friction,
+            "face_width_mm": 1e3 * solved.problem.face_width,
+            "contact_ratio": solved.problem.pair.contact_ratio,
+            "positions": int(solved.table.position.size),
+            "base_pitches": solved.pitches,
+            "torques": [
+                figures
+                | self._harmonics_at_torque(t)
+                | self._drop_at_torque(t)
+                | discretisation(solved.errors[t] if solved.errors else None)
+                for t, figures in enumerate(solved.key_figures)
+            ],
+            "crack_tips": list(self._largest_at_tips()),
+            "evidence": solved.evidence,
+            "warnings": [*self.gear_warnings, *table_warnings(solved)],
+            "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
+            "peak_memory_MB": round(peak_memory_MB(), 1),
+        }
+
+    @property
+    def table(self) -> Table:
+        """A row for every torque and position."""
+        table = self.solved.table
+        return Table.of(table.flat, {**table.header, **self.study.gear_set.entries})
+
+    @cached_property
+    def _harmonics(self) -> list[list[dict[str, float]]]:
+        """Values of `HARMONIC_COLUMNS` but the torque, by torque and order."""
+        count, solved = self.study.harmonic_count, self.solved
+        columns = (
+            solved.harmonics(name, count) for name in ("ste_m", "stiffness_N_per_m")
+        )
+        return [
+            [_harmonic(*parts) for parts in zip(*at_load, strict=True)]
+            for at_load in zip(*columns, strict=True)
+        ]
+
+    def _harmonics_at_torque(self, t: int) -> dict[str, Any]:
+        return {"harmonics": self._harmonics[t]}
+
+    def _drop_at_torque(self, t: int) -> dict[str, float]:
+        """Largest drop of stiffness by faults, and where; nothing without faults."""
+        if self.healthy is None:
+            return {}
+        table = self.solved.table
+        healthy = self.healthy["stiffness_N_per_m"][t]
+        turn = np.resize(healthy, table.position.size)
+        drop = 1.0 - table["stiffness_N_per_m"][t] / turn
+        worst = int(drop.argmax())
+        return {
+            "largest_stiffness_drop_percent": 100.0 * float(drop[worst]),
+            "largest_drop_at_position": float(table.position[worst]),
+        }
+
+    def _largest_at_tips(self) -> Iterator[dict[str, Any]]:
+        """Values of each crack at each torque where it would release most energy."""
+        torque, position = self.solved.cycle.torque, self.solved.cycle.position
+        for tip in self.crack_tips:
+            for t, n in enumerate(tip.energy_release_rate.argmax(axis=1)):
+                values = _at_tip(tip, float(torque[t]), float(position[n]), (t, n))
+                yield dict(zip(CRACK_COLUMNS, values, strict=True))
+
+    def _crack_rows(self) -> list[tuple[Any, ...]]:
+        torque, position = self.solved.cycle.torque, self.solved.cycle.position
+        return [
+            _at_tip(tip, float(torque[t]), float(position[n]), (t, n))
+            for tip in self.crack_tips
+            for t, n in np.ndindex(tip.error.shape)
+        ]
+
+    @property
+    def more_tables(self) -> dict[str, Table]:
+        rows = [
+            (float(torque), *values.values())
+            for torque, every in zip(
+                self.solved.cycle.torque, self._harmonics, strict=True
+            )
+            for values in every
+        ]
+        legend = meanings("stiffness", *HARMONIC_COLUMNS, table="harmonics")
+        header = {
+            "gear set": self.gear_set,
+            "mesh": self.solved.name,
+            **self.study.gear_set.entries,
+        }
+        of_cracks = header | meanings("stiffness", *CRACK_COLUMNS, table="cracks")
+        return {
+            "harmonics": Table(HARMONIC_COLUMNS, lambda: rows, header | legend),
+            "cracks": Table(CRACK_COLUMNS, self._crack_rows, of_cracks),
+        }
+
+    @property
+    def figures(self) -> dict[str, Draw]:
+        return {
+            "plot": partial(draw_table, self.solved, self._title),
+            "path": partial(draw_path, self.solved, self._title),
+            "harris": partial(draw_harris, self.solved, self._title),
+        }
+
+    @property
+    def _title(self) -> str:
+        return (
+            "{gear_set}, mesh {mesh}, teeth {teeth}, contact ratio {contact_ratio:.3f}"
+            "\nplane {plane}, friction {friction_coefficient:g}, corner contact "
+            "{corner_contact}, face width {face_width_mm:g} mm"
+        ).format_map(self.summary)
+
+    def page(self) -> Page:
+        values = self.summary
+        yield (
+            "{gear_set} mesh {mesh}, teeth {teeth}, face width {face_width_mm:g} mm, "
+            "plane {plane}, resolution {resolution}, friction {friction_coefficient:g},"
+            " corner contact {corner_contact}"
+        ).format_map(values)
+        yield f"contact ratio {values['contact_ratio']:.4f}"
+        if values["base_pitches"] > 1:
+            yield (
+                f"with {'pitch errors' if self.healthy is None else 'faults'}, tooth "
+                f"pairs repeat after {values['base_pitches']} base pitches: all of "
+                "them are in the table"
+            )
+        yield RowTable(values["torques"], COLUMNS, text_columns=())
+        yield RowTable(values["torques"], STRESS_COLUMNS, STRESS_TITLE, text_columns=())
+        if values["crack_tips"]:
+            yield ROOT_BESIDE_CRACKS
+        if self.healthy is not None:
+            yield RowTable(values["torques"], DROP_COLUMNS, DROP_TITLE, text_columns=())
+        if values["crack_tips"]:
+            yield RowTable(
+                values["crack_tips"], TIP_COLUMNS, TIP_TITLE, text_columns=("gear",)
+            )
+        yield from _evidence_lines(values["evidence"])
+        stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
+        peak = values["peak_memory_MB"]
+        memory = f"; peak memory {peak:.0f} MB" if isfinite(peak) else ""
+        yield f"time: {stages}{memory}"
+
+
+def _harmonic(error: Harmonic, stiffness: Harmonic) -> dict[str, float]:
+    """Values of `HARMONIC_COLUMNS` but the torque."""
+    values = error.order, error.amplitude, error.phase
+    both = *values, stiffness.amplitude, stiffness.phase
+    return dict(zip(HARMONIC_COLUMNS[1:], both, strict=True))
+
+
+def _at_tip(
+    tip: CrackIntensities, torque: float, position: float, index: tuple[int, int]
+) -> tuple[Any, ...]:
+    """Values of `CRACK_COLUMNS` of a crack at a torque and position, by their index."""
+    opening, sliding = (1e-6 * tip.stress_intensity[index]).tolist()
+    rate, error = float(tip.energy_release_rate[index]), float(tip.error[index])
+    return torque, position, tip.gear, tip.tooth, opening, sliding, rate, error
+
+
+def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
+    if values["discretisation_ste_mean"] is not None:
+        corner = values["discretisation_ste_corner"]
+        yield with_code(
+            "E01",
+            "discretisation, estimated error of STE at the worst torque: mean "
+            f"{values['discretisation_ste_mean']:.1e}, on the path "
+            f"{values['discretisation_ste_path']:.1e}, corner contact "
+            + (f"{corner:.1e}" if corner is not None else "none"),
+        )
+    if values["discretisation_root_stress"] is not None:
+        yield with_code(
+            "E20",
+            "root stress, estimated error over its peak at the worst torque: "
+            f"{values['discretisation_root_stress']:.1e}",
+        )
+    balance = (
+        "balance: complementarity {complementarity_residual:.1e}, T2/T1 against z2/z1 "
+        "{torque_balance:.1e} (tilted normals of corner contact, relief and friction), "
+        "its mean {work_balance:.1e} ({virtual_work:.1e} but for the tilt of deflected "
+        "flanks), reciprocity {reciprocity:.1e}"
+    ).format_map(values)
+    yield with_code("E02", balance)
