@@ -30,7 +30,7 @@ _HOMES = {
     "Wave": "lumped.train.waves",
     "Waviness": "lumped.bearings.rolling",
     "analytic_excitation": "lumped.train.analytic",
-    "excitation_from_table": "lumped.train.excitation",
+    "excitation_from_table": "lumped.train.excitation_tables",
     "find_attractor": "lumped.attractors.attractors",
     "linearise_bearings": "lumped.train.rolling_supports",
     "natural_modes": "lumped.train.modes",

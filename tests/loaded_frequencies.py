@@ -6,7 +6,8 @@ import fegear
 from fegear.gearset import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.train.loaded_modes import system_of_modes
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from validation.random_sets.measuring import (
     elastic_gears,
     highest_resonance,

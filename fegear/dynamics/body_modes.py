@@ -14,8 +14,9 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.dynamics.build import SPEED_BAND_FACTORS, elastic_damping
+from fegear.dynamics.build import SPEED_BAND_FACTORS
 from fegear.dynamics.elastic import ElasticGear
+from fegear.dynamics.gear_elasticity import elastic_damping
 from fegear.dynamics.kernels.step_arrays import ContactJacobian, ModalMatrices
 from fegear.dynamics.mesh_load_curves import pitch_point
 from fegear.dynamics.model import modal_matrices

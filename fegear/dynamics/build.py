@@ -5,13 +5,19 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
-from fegear.dynamics.elastic import ElasticGear, Rayleigh, mass_damping
+from fegear.dynamics.elastic import ElasticGear
+from fegear.dynamics.gear_elasticity import (
+    _elastic,
+    default_cutoff,
+    elastic_damping,
+    modes_of,
+    truncate_modes,
+)
 from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.mesh_load_curves import (
     all_mesh_load_curves,
@@ -21,7 +27,7 @@ from fegear.dynamics.mesh_load_curves import (
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, ReducedStepper
-from fegear.elasticity.gear_modes import GearModes, gear_modes, resolving_sector
+from fegear.elasticity.gear_modes import GearModes, resolving_sector
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults
@@ -30,7 +36,7 @@ from fegear.gearset.inertia import (
     require_inertia_beyond_springs,
     require_inertia_of_bodies,
 )
-from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.statics.settings import StaticsSettings
 from lumped.common.array_types import Array
@@ -52,14 +58,10 @@ if TYPE_CHECKING:
     from fegear.elasticity.cyclic_gear import CyclicGear
 
 Fidelity = Literal["full", "reduced", "quasistatic", "auto"]
-CUTOFF_FACTOR = 7.0  # of the highest mesh frequency, whose modes are looked at
-cached_gear_modes = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
 # of speeds, over the lowest and the highest resonance of a train
 SPEED_BAND_FACTORS = 0.1, 1.3
 N_SPEEDS, MAX_ORDER = 25, 12  # speeds of the band, and orders that meet elastic modes
 MIN_COMPLIANCE_SHARE = 1e-4  # least part of a mode in the compliance of a mesh
-# times the rate of shear waves along the tip circle: lower modes are looked at
-SHEAR_WAVE_FACTOR = 3.0
 
 
 @documented
@@ -256,69 +258,6 @@ def _reduced_reason(choice: Choice, modes: Sequence[GearModes]) -> str:
         "without, elastic inertia would change the mesh compliance by "
         f"up to {100.0 * choice.bound:.2g} % of the excitation's RMS"
     )
-
-
-def modes_of(
-    gear_set: GearSet,
-    highest: float,
-    settings: StaticsSettings,
-    cutoff_Hz: float | None = None,
-) -> list[GearModes]:
-    """Elastic modes of every gear that may matter.
-
-    highest : mesh frequency of the first mesh [Hz]
-    """
-    return [
-        cached_gear_modes(
-            settings.sector(gear),
-            gear.density,
-            cutoff_Hz or default_cutoff(gear, highest),
-        )
-        for gear in gear_set.gears
-    ]
-
-
-def default_cutoff(gear: Gear, highest: float) -> float:
-    """Modes below it [Hz] may matter at mesh frequencies up to `highest`."""
-    return max(CUTOFF_FACTOR * highest, SHEAR_WAVE_FACTOR * round_trips(gear))
-
-
-def round_trips(gear: Gear) -> float:
-    """Round trips per second of a shear wave around the tip circle."""
-    shear = gear.young_modulus / (2.0 * (1.0 + gear.poisson_ratio))
-    circumference = 2.0 * math.pi * abs(gear.geometry.tip_radius)
-    return math.sqrt(shear / gear.density) / circumference
-
-
-def elastic_damping(gear: Gear, ratio: float) -> Rayleigh:
-    """Rayleigh damping of a gear's elastic degrees of freedom, with the ratio at its
-    first modes.
-    """
-    return mass_damping(ratio, round_trips(gear))
-
-
-def truncate_modes(modes: GearModes, cutoff_Hz: float) -> GearModes:
-    """The modes below a lower cut-off."""
-    retained = modes.frequencies_Hz < cutoff_Hz
-    return replace(
-        modes,
-        cutoff_Hz=min(cutoff_Hz, modes.cutoff_Hz),
-        frequencies_Hz=modes.frequencies_Hz[retained],
-        nodal_diameters=modes.nodal_diameters[retained],
-        normal=modes.normal[retained],
-        tangential=modes.tangential[retained],
-        rotation_coupling=modes.rotation_coupling[retained],
-        translation_coupling=modes.translation_coupling[retained],
-    )
-
-
-def _elastic(
-    gear_set: GearSet, modes: Sequence[GearModes], damping: float
-) -> list[ElasticGear]:
-    return [
-        ElasticGear(mode_set, gear.face_width, elastic_damping(gear, damping))
-        for gear, mode_set in zip(gear_set.gears, modes, strict=True)
-    ]
 
 
 def _choice(

@@ -16,9 +16,9 @@ from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import GivenTables
+from fegear.statics.given_tables import GivenTables
 from lumped.common.array_types import Array
-from lumped.train.excitation import column_at_torque
+from lumped.train.excitation_tables import column_at_torque
 from lumped.train.path_load_curves import OPEN_GAP, PathLoadCurves, path_load_curves
 from meshes import GearPair
 

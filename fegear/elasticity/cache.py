@@ -30,7 +30,7 @@ from fegear.elasticity.flank import (
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.root_stress import RootInfluence, root_influence
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
-from fegear.files.store import digest, load_arrays, save_arrays
+from fegear.files.array_files import digest, load_arrays, save_arrays
 from meshes import MeshSize, SpurGear
 from meshes.crack import Crack
 

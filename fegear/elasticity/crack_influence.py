@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fegear.elasticity.crack_tip import TipField, tip_field
-from fegear.elasticity.damaged_ring import SIDES, DamagedRing, load_angles
+from fegear.elasticity.damaged_ring import SIDES, DamagedRing
 from fegear.elasticity.flank import (
     MAX_TOOTH_OFFSET,
     SectorLoads,
@@ -23,6 +23,7 @@ from fegear.elasticity.flank import (
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.root_stress import FlankLoad, broadcast_loads, near_load
 from fegear.elasticity.sector import RIGHT, CyclicSector
+from fegear.elasticity.tooth_loads import load_angles
 from lumped.common.array_types import Array
 
 COARSER = 0.5  # refinement of the mesh by which the error is estimated

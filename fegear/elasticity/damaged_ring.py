@@ -25,20 +25,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.elasticity.body_stress import ROOTWARD
 from fegear.elasticity.flank import (
     MAX_TOOTH_OFFSET,
     SectorLoads,
     SectorRows,
-    flamant_loads,
     hold_cuts,
-    join_loads,
-    nodal_loads,
     resolve_on_flank,
     sector_field,
 )
 from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector, cyclic_sector
+from fegear.elasticity.tooth_loads import ToothLoads, tooth_loads
 from fegear.files.timing import stage
 from lumped.common.array_types import Array
 from lumped.common.workers import require_running
@@ -109,42 +106,6 @@ class ComplianceChange:
             (numbers + teeth) % self.teeth for numbers in (self.damaged, self.affected)
         )
         return replace(self, damaged=damaged, affected=affected)
-
-
-@dataclass(frozen=True, eq=False)
-class ToothLoads:
-    """Unit loads on a flank of a tooth, and what its cuts feel of them.
-
-    loads : n normal loads and then n toward the root
-    on_cuts : (cut, 2 n) polar forces that the ring feels
-    """
-
-    loads: SectorLoads
-    on_cuts: Array
-
-
-def tooth_loads(sector: CyclicSector, side: int, split: bool = True) -> ToothLoads:
-    """Loads on a flank of a sector; no system is solved but for its cuts."""
-    make_loads = flamant_loads if split else nodal_loads
-    loads = join_loads([make_loads(sector, angle, side) for angle in load_angles(side)])
-    return ToothLoads(loads, _cut_load(sector, loads))
-
-
-def load_angles(side: int) -> tuple[float, float]:
-    """Angles of normal loads and of those toward the root, as of `flamant_loads`."""
-    return 0.0, ROOTWARD if side == RIGHT else -ROOTWARD  # a mirror image
-
-
-def _cut_load(sector: CyclicSector, loads: SectorLoads) -> Array:
-    """`HeldSolution.cut_load` by Maxwell's theorem.
-
-    What displacement of the cuts does to the interior, loads there do to the cuts.
-    """
-    condensed = sector.condensation
-    load = loads.force - sector.stiffness[:, sector.hub] @ loads.hub
-    on_cuts = sector.polar.T @ load[sector.cut]
-    on_cuts -= condensed.response.T @ load[sector.interior]
-    return np.asarray(on_cuts + condensed.superelement @ loads.jump)
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,6 @@ processes: a checkpoint refuses the second, files appear whole by renaming.
 from __future__ import annotations
 
 import hashlib
-import io
 import json
 import sqlite3
 import threading
@@ -19,14 +18,11 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
+from fegear.files.array_files import Array, pack, unpack
 from fegear.files.errors import InputError, file_error
-from fegear.files.output import make_directory, write_whole
+from fegear.files.output import make_directory
 from fegear.files.values import plain_of, value_of
 
-Array = NDArray[Any]
 APPLICATION = 0x66656765  # by which SQLite files are known as checkpoints
 TABLES = """
 create table inputs (name text primary key, value text);
@@ -34,67 +30,8 @@ create table speeds (branch text, number integer, content blob, seal text,
                      primary key (branch, number));
 create table states (branch text primary key, number integer, content blob, seal text);
 """
-NUMBERS = "biufc"  # kinds of arrays that are saved without pickle
-SEAL_SIZE = hashlib.sha256().digest_size
 SHOWN = 40  # characters of a value in a message
 RECORDS_FORMAT = "2"  # changes with what `Records` writes
-# NumPy reads the headers of arrays with `ast`, which in CPython 3.11 fails now and then
-# where several threads do so at once (python/cpython#106905)
-_ONE_READER = threading.Lock()
-
-
-def digest(inputs: Mapping[str, Any]) -> str:
-    """SHA-256 of plain values, whatever their order."""
-    text = json.dumps(inputs, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()
-
-
-def save_arrays(path: Path, key: str, arrays: Mapping[str, Array]) -> None:
-    """Store arrays under a key of their inputs, if the disk takes them.
-
-    The archive is followed by a digest of the key and of all its bytes.
-    """
-    content = pack(arrays)
-    sealed = content + _arrays_seal(key, content)
-    try:
-        make_directory(path.parent)
-        write_whole(path, lambda beside: beside.write_bytes(sealed))
-    except InputError:  # next time they are computed again, which is only slower
-        return
-
-
-def load_arrays(path: Path, key: str) -> dict[str, Array] | None:
-    """The arrays of that key; None if the file is missing, damaged or another's.
-
-    The checksums of NumPy's archives do not cover all of their headers.
-    """
-    try:
-        data = path.read_bytes()
-    except OSError:
-        return None
-    content, seal = data[:-SEAL_SIZE], data[-SEAL_SIZE:]
-    return unpack(content) if seal == _arrays_seal(key, content) else None
-
-
-def _arrays_seal(key: str, content: bytes) -> bytes:
-    return hashlib.sha256(key.encode() + content).digest()
-
-
-def pack(arrays: Mapping[str, Array]) -> bytes:
-    """Arrays of numbers by any name as an NPZ archive; ValueError for other kinds."""
-    for name, values in arrays.items():
-        if np.asarray(values).dtype.kind not in NUMBERS:
-            kind = np.asarray(values).dtype
-            raise ValueError(f"{name} must be numbers, got {kind}")
-    out = io.BytesIO()
-    marked: dict[str, Any] = {f"_{name}": values for name, values in arrays.items()}
-    np.savez(out, **marked)  # unmarked, `file` would be an option of its own
-    return out.getvalue()
-
-
-def unpack(content: bytes) -> dict[str, Array]:
-    with _ONE_READER, np.load(io.BytesIO(content), allow_pickle=False) as archive:
-        return {name[1:]: archive[name] for name in archive.files}
 
 
 @dataclass(frozen=True, eq=False)

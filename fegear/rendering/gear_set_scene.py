@@ -23,18 +23,10 @@ from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.placing import layout
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.rendering.fields import (
-    ContactField,
-    LoadedMesh,
-    MeshScene,
-    RelativePose,
-    Zoom,
-    gears_in_meshes,
-    mesh_scene,
-    require_drawable,
-    view_of_gears,
-)
+from fegear.rendering.fields import ContactField, mesh_scene, require_drawable
 from fegear.rendering.frames import View
+from fegear.rendering.loaded_gears import LoadedMesh, gears_in_meshes
+from fegear.rendering.mesh_scene import MeshScene, RelativePose, Zoom, view_of_gears
 from fegear.rendering.sector_field import LoadableGear
 from fegear.statics.settings import StaticsSettings
 from lumped.common.checks import require_present

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from fegear.rendering.fields import ContactField, GearField, PairField
+from fegear.rendering.fields import ContactField
+from fegear.rendering.gear_fields import GearField, PairField
 from fegear.rendering.look import (
     ARROW,
     COLOURS,

@@ -9,8 +9,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.rendering.fields import ContactField, GearField, PairField
+from fegear.rendering.fields import ContactField
 from fegear.rendering.frames import View
+from fegear.rendering.gear_fields import GearField, PairField
 from lumped.common.array_types import Array, Indices
 
 Shown = Literal["von-mises", "principal", "displacement", "pressure"]

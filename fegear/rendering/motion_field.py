@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import numpy as np
 
+from fegear.contact.kernel_runs import KernelResult, solve_pairs
 from fegear.contact.loads import PatchLoad, patch_load
 from fegear.contact.problem import ContactFailure, ContactProblem
-from fegear.contact.solve import KernelResult, back_side_position, solve_pairs
-from fegear.rendering.fields import ContactField, MeshScene, RelativePose, loaded_gears
+from fegear.contact.solve import back_side_position
+from fegear.rendering.fields import ContactField
 from fegear.rendering.frames import View
+from fegear.rendering.loaded_gears import loaded_gears
+from fegear.rendering.mesh_scene import MeshScene, RelativePose
 from fegear.rendering.recorded import Instant
 
 

@@ -19,7 +19,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fegear.rendering.fields import ContactField, PairField
+from fegear.rendering.fields import ContactField
+from fegear.rendering.gear_fields import PairField
 from fegear.rendering.labels import legend, pair_text, state_words
 from fegear.rendering.look import COLOURS, RenderStyle, palette, ribbon_base, ribbon_of
 from lumped.common.array_types import Array, Indices

@@ -30,7 +30,8 @@ from fegear.gearset.inertia import (
     require_inertia_of_bodies,
 )
 from fegear.gearset.model import GearSet
-from fegear.statics.excitation import Excitations, GivenTables
+from fegear.statics.excitation import Excitations
+from fegear.statics.given_tables import GivenTables
 from fegear.statics.settings import StaticsSettings
 from lumped.common.array_types import Array
 from lumped.train.coupled import CoupledContacts

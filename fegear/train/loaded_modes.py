@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
-from fegear.train.lumped_models import LumpedModel, lumped_system, resolve_model
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel, resolve_model
 from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.train.modes import Modes

@@ -13,7 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from lumped.branches.periodic import DOUBLING_TOL, PeriodicBranch
+from lumped.branches.branch_settings import PeriodicBranch
+from lumped.branches.periodic import DOUBLING_TOL
 from lumped.branches.points import BranchPoint
 from lumped.continuation.bifurcations import DOUBLING
 

@@ -11,12 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from lumped.common.array_types import Array
 from lumped.common.checks import check_arguments, require_fields
-from lumped.train.excitation import (
-    MODELS,
-    MeshExcitation,
-    PairExcitation,
-    with_pitch_errors,
-)
+from lumped.train.excitation import MeshExcitation, PairExcitation, with_pitch_errors
+from lumped.train.excitation_tables import MODELS
 from lumped.train.waves import (
     POSITION_TOL,
     Wave,

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
-from lumped.train.excitation import table_pitches
+from lumped.train.excitation_tables import table_pitches
 from lumped.train.table import MeshTable, pair_compliance_name, pair_names, pair_teeth
 
 OPEN_GAP = 1e-2  # [m] beyond any deflection

@@ -13,9 +13,11 @@ import fegear
 from fegear.cli import app
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.trains.model_texts import static_warnings
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.steady.respond import respond_with_history
 
 QUICK, HELD_BACK = range(3), range(3, 15)

@@ -13,7 +13,7 @@ from fegear.elasticity import cache
 from fegear.elasticity import gear_modes as modes
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
-from fegear.files.store import load_arrays, save_arrays
+from fegear.files.array_files import load_arrays, save_arrays
 from meshes import MeshSize
 
 STEEL = PlaneMaterial(206e9, 0.3)

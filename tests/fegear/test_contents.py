@@ -14,7 +14,7 @@ from fegear.commands.stability import study as stability
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
-from fegear.statics.excitation import GivenTables
+from fegear.statics.given_tables import GivenTables
 from fegear.studies import load_study
 from fegear.studies.registry import commands
 from fegear.studies.settings import Setting, exposed_fields, group_of

@@ -9,12 +9,10 @@ import pytest
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import (
-    Excitations,
-    StiffnessSource,
-    unmodified,
-)
+from fegear.gearset.unmodified import unmodified
+from fegear.statics.excitation import Excitations
 from fegear.statics.gap_points import gap_points
+from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}

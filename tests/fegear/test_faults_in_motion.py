@@ -14,11 +14,14 @@ from numpy.testing import assert_allclose
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.model import GearSet
-from fegear.statics.excitation import Excitations, StiffnessSource, read_mesh_tables
+from fegear.statics.excitation import Excitations
+from fegear.statics.given_tables import read_mesh_tables
 from fegear.statics.mesh_table_files import read_mesh_table
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.signals.averages import order_amplitudes
 from lumped.steady.respond import respond_with_history
 

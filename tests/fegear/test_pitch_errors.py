@@ -13,9 +13,10 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
+from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.table import format_table, parse_table
 from validation.study.solving import static_deflection
 

@@ -13,7 +13,8 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.statics.excitation import Excitations
 from fegear.studies.trains.model_texts import truncation_entries, truncation_warnings
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.steady import truncation_check
 from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond

@@ -18,10 +18,10 @@ import fegear
 import lumped
 from fegear.commands.rattle.machine_studies import LoadMachineRef, MotionMachineRef
 from fegear.files.errors import InputError
-from fegear.statics.excitation import GivenTables
+from fegear.statics.given_tables import GivenTables
 from fegear.studies.study import Study
 from fegear.studies.trains.gear_sets import GearSetRef
-from lumped.branches.periodic import BranchSettings
+from lumped.branches.branch_settings import BranchSettings
 from lumped.steady.maps import Axis
 from lumped.train.at_rest import RestReference
 from lumped.train.coupled import CoupledContacts

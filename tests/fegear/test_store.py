@@ -22,8 +22,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fegear.files.array_files import pack, unpack
 from fegear.files.errors import InputError
-from fegear.files.store import open_checkpoint, pack, unpack
+from fegear.files.store import open_checkpoint
 
 INPUTS = {"gear set": "pair.toml", "torque_Nm": "100.0", "speeds": "100 200 300"}
 UP, DOWN = "100-up", "100-down"

@@ -9,14 +9,10 @@ import pytest
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import (
-    GivenTables,
-    StiffnessSource,
-    read_mesh_tables,
-    table_warnings,
-)
+from fegear.statics.given_tables import GivenTables, read_mesh_tables, table_warnings
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
+from fegear.statics.stiffness_source import StiffnessSource
 from lumped import MeshTable
 from lumped.train.table import format_table, parse_table
 

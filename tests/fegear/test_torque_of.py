@@ -11,7 +11,8 @@ import fegear
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.contact_history import contact_histories, interpolate
 from fegear.dynamics.stepper import DynamicSettings, steps_per_cycle
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.steady.integration_settings import Settings
 from lumped.steady.losses import shared_loads
 from lumped.steady.respond import respond_with_history

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lumped import MeshExcitation, MeshTable, PairExcitation, excitation_from_table
-from lumped.train.excitation import column_at_torque
+from lumped.train.excitation_tables import column_at_torque
 from lumped.train.waves import constant_wave, sum_waves
 
 RADIUS, POSITIONS, RATIO = 0.04535, 48, 1.6

@@ -20,7 +20,7 @@ from lumped.steady.losses import driven_power, efficiency
 from lumped.steady.motion import time_history
 from lumped.steady.respond import respond
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
-from lumped.train.excitation import bending_along_path, excitation_from_table
+from lumped.train.excitation_tables import bending_along_path, excitation_from_table
 from lumped.train.friction import ToothFriction, with_bending
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable

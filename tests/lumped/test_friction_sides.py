@@ -11,8 +11,9 @@ from friction_pairs import pair_system
 from numba import njit
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.kernels.friction import set_friction_acceleration
 from lumped.steady.integration_settings import Settings
 from lumped.steady.motion import time_history

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from lumped import sweep_all
 from lumped.steady.jumps import find_jumps, find_peaks, prominent_maxima

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from lumped import History, Settings, respond
 from lumped.common.csv_text import format_csv

@@ -20,7 +20,7 @@ from oracles.piecewise import (
 import lumped
 from lumped import LumpedSystem, MeshTable, Settings, TrainError, pair_errors
 from lumped.steady.motion import resample, spectrum, time_history
-from lumped.train.excitation import excitation_from_table, table_pitches
+from lumped.train.excitation_tables import excitation_from_table, table_pitches
 from lumped.train.pitch_errors import minimal_period, pair_gaps
 from lumped.train.waves import Wave, constant_wave, wave_from_samples
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from validation.oracles.loaded_modes import (
     dense_rows,

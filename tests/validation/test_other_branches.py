@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from validation.random_sets import verdicts
-from validation.study.metrics import ForceCycle, MeasuredCurve, verdict
+from validation.study.cycle_metrics import ForceCycle
+from validation.study.metrics import MeasuredCurve, verdict
 from validation.study.other_branches import (
     on_other_branch,
     speeds_on_other_branches,

@@ -17,8 +17,10 @@ import validation.reproduce
 from fegear.cli import app, run
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.closed_forms import parametric_system
 from lumped.steady.respond import respond_confirmed
 from lumped.steady.sweep import sweep

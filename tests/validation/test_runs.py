@@ -24,7 +24,8 @@ from fegear.files.errors import InputError
 from fegear.files.store import open_checkpoint
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.common.workers import Cluster, Stopped
 from lumped.steady.steady_state import Diverged
 from lumped.steady.steppers import FixedStepper

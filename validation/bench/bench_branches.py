@@ -14,10 +14,13 @@ from typing import Any
 import numpy as np
 
 from fegear.gearset.model import GearSet
-from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import LumpedModel, default_speeds, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
+from fegear.train.resonances import default_speeds
+from lumped.branches.branch_settings import BranchSettings, PeriodicBranch
 from lumped.branches.motions import SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
+from lumped.branches.periodic import BranchFinder
 from lumped.branches.points import BranchPoint
 from lumped.branches.shooting import ADAPTIVE, shoot
 from lumped.common.progress import Progress

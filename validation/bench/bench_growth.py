@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.common.progress import Progress
 from lumped.steady.sweep import DIRECTIONS, sweep
 from lumped.train.system import LumpedSystem

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from fegear.gearset.model import GearSet
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from lumped.steady.integration_settings import SPRING_STEPS, Settings

@@ -18,11 +18,12 @@ import numpy as np
 from fegear.commands.stability.study import Stability
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import StiffnessSource
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.running import run
 from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.studies.trains.parametric import FRICTION
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.common.array_types import Array
 from lumped.common.progress import Progress
 from lumped.stability.combinations import Combination, combinations

@@ -22,7 +22,9 @@ from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.studies.trains.model_texts import body_modes_warnings
-from fegear.train.lumped_models import LumpedModel, lumped_system, truncation_bound
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
+from fegear.train.truncation import truncation_bound
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent
 from lumped.steady.integration_settings import Settings, SteadySettings

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from fegear.dynamics.build import (
-    FiniteElements,
+from fegear.dynamics.build import FiniteElements
+from fegear.dynamics.cross_mesh import cross_mesh_compliance
+from fegear.dynamics.elastic import ElasticGear
+from fegear.dynamics.gear_elasticity import (
     cached_gear_modes,
     default_cutoff,
     elastic_damping,
 )
-from fegear.dynamics.cross_mesh import cross_mesh_compliance
-from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.mesh_load_curves import all_mesh_load_curves, equal_tables
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.gearset.model import GearSet

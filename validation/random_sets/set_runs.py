@@ -20,9 +20,9 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from fegear.files.array_files import digest
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory
-from fegear.files.store import digest
 from fegear.files.version import package_version
 from fegear.gearset.model import GearSet
 from lumped.common.csv_text import format_records

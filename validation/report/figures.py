@@ -14,7 +14,8 @@ import numpy as np
 from lumped.common.array_types import Array
 from lumped.figures.drawing import panels
 from validation.study.budget import COUPLED_MODEL, QUANTITIES, Budget
-from validation.study.metrics import METRICS, ForceCycle, MeasuredCurve, Verdict
+from validation.study.cycle_metrics import ForceCycle
+from validation.study.metrics import METRICS, MeasuredCurve, Verdict
 from validation.study.run_files import Run
 from validation.study.runs import CaseResult
 from validation.study.tasks import FE, FE_FRICTIONLESS

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field
 
-from fegear.statics.excitation import Kind
+from fegear.statics.stiffness_source import Kind
 from lumped.common.progress import Progress
 from validation.study.cases import require_model
 from validation.study.data_files import STRICT, Edit, Flag, Number, Positive

@@ -17,7 +17,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from fegear.files.store import digest
+from fegear.files.array_files import digest
 from fegear.files.version import package_version
 from lumped.common.csv_text import format_csv, parse_csv
 from lumped.common.progress import Progress, silent

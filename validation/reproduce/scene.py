@@ -15,15 +15,12 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import (
-    STIFFNESS,
-    Excitations,
-    GivenTables,
-    Kind,
-    StiffnessSource,
-)
+from fegear.statics.excitation import STIFFNESS, Excitations
+from fegear.statics.given_tables import GivenTables
+from fegear.statics.stiffness_source import Kind, StiffnessSource
 from fegear.studies.trains.parametric import BENDING, FRICTION, OF_TEETH
-from fegear.train.lumped_models import LumpedModel, Number, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel, Number
 from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable

@@ -23,7 +23,8 @@ from lumped.common.csv_text import format_csv, parse_csv
 from lumped.steady.jumps import Jump, Peak, find_jumps, find_peaks, opposite_branches
 from lumped.steady.sweep import Branch
 from lumped.steady.sweep_table import SweepTable, format_sweep, parse_sweep, sweep_table
-from validation.study.metrics import CYCLE_POINTS, ForceCycle, MeasuredCurve, Statics
+from validation.study.cycle_metrics import ForceCycle
+from validation.study.metrics import CYCLE_POINTS, MeasuredCurve, Statics
 from validation.study.provenance import machine
 from validation.study.run_store import RESULT, read_verified, with_digests
 from validation.study.solving import Cost, RunResult

@@ -15,9 +15,9 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
+from fegear.files.array_files import digest
 from fegear.files.errors import InputError, file_error
 from fegear.files.output import make_directory, require_writable, write_text
-from fegear.files.store import digest
 
 INPUTS, RESULT = "inputs.json", "result.json"
 FILES, SEAL = "sha256 of the files", "sha256 of the rest"  # keys of the result

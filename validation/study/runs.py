@@ -27,18 +27,18 @@ from pathlib import Path
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory
 from fegear.files.store import Checkpoint, open_checkpoint
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.study.cases import Case
+from validation.study.cycle_metrics import ForceCycle, cycle_measures
 from validation.study.metrics import (
     FRICTION_EFFECT,
-    ForceCycle,
     Measured,
     MeasuredCurve,
     Verdict,
     curve_measures,
-    cycle_measures,
     friction_effect,
     static_measures,
     verdict,

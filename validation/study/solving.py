@@ -21,7 +21,8 @@ from fegear.statics.excitation import Excitations
 from fegear.statics.solving import solve_mesh
 from fegear.studies.trains.model_texts import static_warnings, truncation_warnings
 from fegear.studies.trains.responses import sweep_warnings
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress
@@ -38,7 +39,8 @@ from lumped.train.excitation import MeshExcitation
 from lumped.train.friction import torque_shares
 from lumped.train.system import LumpedSystem
 from validation.study.cases import SingleSpeed
-from validation.study.metrics import CYCLE_POINTS, ForceCycle, Statics, force_cycle
+from validation.study.cycle_metrics import ForceCycle, force_cycle
+from validation.study.metrics import CYCLE_POINTS, Statics
 from validation.study.tasks import RunSpec
 
 

@@ -9,12 +9,12 @@ from typing import get_args
 
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.stepper import DynamicSettings
-from fegear.files.store import digest
+from fegear.files.array_files import digest
 from fegear.files.version import package_version
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
-from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import shares_a_gear
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.model_settings import shares_a_gear
 from lumped.steady.integration_settings import Settings
 from validation.study.cases import Case, Model, Part, SingleSpeed
 from validation.study.metrics import FE, FE_FRICTIONLESS, FRICTION_EFFECT

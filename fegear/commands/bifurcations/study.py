@@ -39,7 +39,8 @@ from fegear.studies.trains.speeds import (
     rpm_setting,
     with_frequencies,
 )
-from fegear.train.lumped_models import LumpedModel, require_method
+from fegear.train.lumped_models import require_method
+from fegear.train.model_settings import LumpedModel
 from lumped.attractors.attractor_sweeps import (
     AttractorBranch,
     SystemAt,

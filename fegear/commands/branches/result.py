@@ -17,9 +17,9 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.trains.train_problem import TrainFacts
+from lumped.branches.branch_settings import PeriodicBranch
 from lumped.branches.cascades import Cascade
 from lumped.branches.motions import SpeedFamily
-from lumped.branches.periodic import PeriodicBranch
 from lumped.branches.points import BranchPoint
 from lumped.figures.branches import draw_branches
 

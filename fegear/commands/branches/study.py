@@ -43,10 +43,12 @@ from fegear.studies.trains.speeds import (
     rpm_limits_setting,
     with_frequencies,
 )
-from fegear.train.lumped_models import LumpedModel, natural_frequencies
+from fegear.train.model_settings import LumpedModel
+from fegear.train.resonances import natural_frequencies
+from lumped.branches.branch_settings import BranchSettings, PeriodicBranch
 from lumped.branches.cascades import find_cascades
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings, PeriodicBranch
+from lumped.branches.periodic import BranchFinder
 from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range

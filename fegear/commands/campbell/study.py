@@ -24,7 +24,7 @@ from fegear.files.output import TO_TABLE
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
-from fegear.statics.excitation import StiffnessSource
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import group, setting
 from fegear.studies.study import PLOT, Study

@@ -18,7 +18,8 @@ from fegear.files.output import make_directory, write_text
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import (
@@ -50,13 +51,9 @@ from fegear.studies.trains.train_problem import (
     refuse_edits,
 )
 from fegear.train.loaded_modes import system_of_modes
-from fegear.train.lumped_models import (
-    LumpedModel,
-    TorqueOf,
-    default_speeds,
-    lumped_system,
-    natural_frequencies,
-)
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel, TorqueOf
+from fegear.train.resonances import default_speeds, natural_frequencies
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.common.csv_text import format_exact
 from lumped.steady.sweep import (

@@ -12,10 +12,11 @@ from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques, mesh_torques_at
-from fegear.statics.excitation import StiffnessSource
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.train.coordinates import rigid_groups
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Train

@@ -17,7 +17,8 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import (
     group,
@@ -39,7 +40,7 @@ from fegear.train.loaded_modes import (
     linear_model_of_springs,
     system_of_modes,
 )
-from fegear.train.lumped_models import LumpedModel
+from fegear.train.model_settings import LumpedModel
 from lumped.common.checks import require_present
 from lumped.train.modes import natural_modes
 from lumped.train.train import Train

@@ -51,7 +51,7 @@ from fegear.studies.trains.sampled_signals import (
 from fegear.studies.trains.speeds import RPM
 from fegear.studies.trains.train_problem import TrainFacts
 from fegear.studies.trains.train_study import TrainStudy
-from fegear.train.lumped_models import LumpedModel
+from fegear.train.model_settings import LumpedModel
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
 from lumped.signals.sampling import Sampling, residual_indicators, sample_signals

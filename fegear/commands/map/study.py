@@ -41,7 +41,8 @@ from fegear.studies.trains.speeds import (
     speeds_setting,
     with_frequencies,
 )
-from fegear.train.lumped_models import LumpedModel, require_method
+from fegear.train.lumped_models import require_method
+from fegear.train.model_settings import LumpedModel
 from lumped.attractors.attractor_sweeps import sweep_attractors
 from lumped.attractors.attractors import (
     Attractor,

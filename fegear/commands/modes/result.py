@@ -15,7 +15,7 @@ from fegear.studies.result import StudyResult
 from fegear.studies.table import Table
 from fegear.studies.trains.model_texts import body_entries, body_modes_warnings
 from fegear.studies.trains.train_problem import bodies_described
-from fegear.train.lumped_models import default_speeds
+from fegear.train.resonances import default_speeds
 from lumped.train.coordinates import SPRING_KINDS
 from lumped.train.mode_families import (
     Family,

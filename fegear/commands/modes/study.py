@@ -12,7 +12,7 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
-from fegear.statics.excitation import StiffnessSource
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import (
     group,
@@ -36,7 +36,8 @@ from fegear.train.loaded_modes import (
     modes_under_load,
     system_of_modes,
 )
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from fegear.train.rotating_frame import frame_warnings, speed_warnings
 from lumped.train.mode_families import (
     mode_families,

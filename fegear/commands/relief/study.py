@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
@@ -14,18 +13,23 @@ from fegear.commands.relief.best_relief import (
     PLACES,
     BestRelief,
     ReliefProblem,
-    ReliefRange,
     find_best_relief,
     relief_ranges,
     starting_designs,
     without_idle_reliefs,
+)
+from fegear.commands.relief.edits import (
+    _edits,
+    _left_out,
+    _reliefs,
+    _rows,
+    _vibration_entries,
 )
 from fegear.commands.relief.front import relief_front
 from fegear.commands.relief.objective import (
     MICRO,
     Objective,
     ReliefObjective,
-    peak_to_peak,
 )
 from fegear.commands.relief.result import ReliefResult
 from fegear.commands.relief.tolerance import tolerance_band
@@ -36,9 +40,9 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
-from fegear.statics.excitation import StiffnessSource
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem, solve_mesh
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.statics.table_warnings import table_warnings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting
@@ -56,7 +60,7 @@ from fegear.studies.trains.speeds import (
     speeds_setting,
     with_frequencies,
 )
-from fegear.train.lumped_models import LumpedModel
+from fegear.train.model_settings import LumpedModel
 from lumped.common.array_types import Array
 from lumped.common.options import Range
 
@@ -423,105 +427,5 @@ class ReliefDesign(
         }
 
 
-def _vibration_entries(best: VibrationBest | None) -> dict[str, Any] | None:
-    if best is None:
-        return None
-    bands = {"before": best.before, "static": best.static, "after": best.best}
-    return {
-        "speeds_Hz": list(best.before.speeds),
-        **{f"{name}_um": _micro(band.rms) for name, band in bands.items()},
-        **{f"peak_{name}_um": band.peak / MICRO for name, band in bands.items()},
-        "designs": best.designs,
-        "sweeps": best.sweeps,
-    }
-
-
-def _micro(values: tuple[float, ...]) -> list[float]:
-    return [value / MICRO for value in values]
-
-
 def _ste(gears: Any, index: int, torques: Any, settings: StaticsSettings) -> Any:
     return solve_mesh(gears, index, torques, settings).cycle.ste
-
-
-def _reliefs(
-    problem: ReliefProblem, design: Array, objective: ReliefObjective | None
-) -> list[dict[str, Any]]:
-    """Sought reliefs with rounded sizes, and what a micrometre more would change.
-
-    objective : that changes
-    """
-    count = len(problem.ranges)
-    design = np.concatenate([design[:count].round(2), design[count:].round(4)])
-    change = np.zeros(count)
-    if objective is not None:  # which has a kink at the best design: no derivative
-        larger = [design + unit for unit in np.eye(2 * count)[:count]]
-        values = [objective.of(problem.ste(one)[0]) for one in (design, *larger)]
-        change = (np.array(values[1:]) - values[0]) / MICRO
-    return [
-        {
-            "relief": f"{entry.place}_relief",
-            "magnitude_um": float(design[i]),
-            "length_pitches": float(design[count + i]),
-            **_place_of(problem, entry, float(design[count + i])),
-            "objective_per_um": float(change[i]),
-        }
-        for i, entry in enumerate(problem.ranges)
-    ]
-
-
-def _place_of(
-    problem: ReliefProblem, entry: ReliefRange, length: float
-) -> dict[str, Any]:
-    """Where a relief begins, and whether one pair alone bears the load there.
-
-    length : [base pitches]
-    """
-    flank, pitch = entry.flank, problem.contact.pair.base_pitch
-    start = entry.start(length, pitch)
-    inside = start < flank.high if entry.is_tip else start > flank.low
-    return {
-        "start_diameter_mm": 2e3 * math.hypot(flank.gear.base_radius, start),
-        "length_mm": 1e3 * length * pitch,
-        "in_single_contact": bool(inside and flank.low < flank.high),
-    }
-
-
-def _left_out(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:
-    """Reliefs at places that are not among those of the result."""
-    names = {relief["relief"] for relief in reliefs}
-    return [name for place in places if (name := f"{place}_relief") not in names]
-
-
-def _edits(
-    mesh: int, places: list[str], reliefs: list[dict[str, Any]], shape: ReliefShape
-) -> dict[str, Any]:
-    """Keys of the gear set that give the reliefs, in place of all others at places.
-
-    mesh : its number, from 1
-    """
-    edits: dict[str, Any] = {}
-    for place in places:
-        both = place.partition("_")[2]
-        edits[f"mesh.{mesh}.{both}_relief.magnitude_um"] = 0
-    for name in _left_out(places, reliefs):
-        edits[f"mesh.{mesh}.{name}.magnitude_um"] = 0
-    for relief in reliefs:
-        key = f"mesh.{mesh}.{relief['relief']}"
-        edits[f"{key}.magnitude_um"] = relief["magnitude_um"]
-        if relief["magnitude_um"]:
-            edits[f"{key}.length_pitches"] = relief["length_pitches"]
-            edits[f"{key}.shape"] = shape
-    return edits
-
-
-def _rows(torques: Any, before: Any, after: Any) -> list[dict[str, float]]:
-    ranges = zip(torques, peak_to_peak(before), peak_to_peak(after), strict=True)
-    return [
-        {
-            "torque_Nm": float(torque),
-            "before_um": float(one) / MICRO,
-            "after_um": float(two) / MICRO,
-        }
-        for torque, one, two in ranges
-    ]

@@ -16,7 +16,8 @@ import numpy as np
 
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.common.array_types import Array
 from lumped.common.workers import Stopped
 from lumped.steady.integration_settings import Settings

@@ -14,15 +14,17 @@ from fegear.gearset.edit import parsed_value
 from fegear.gearset.faults.checks import require_no_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
+from fegear.rendering.contact_sequence import (
+    ContactSequence,
+    contact_at_rest,
+    contact_in_motion,
+    contacts_of_set,
+)
 from fegear.rendering.extremes import Peak, PeaksInView
 from fegear.rendering.pictures import (
     DRAWN,
     FILMS,
-    ContactSequence,
     PictureSettings,
-    contact_at_rest,
-    contact_in_motion,
-    contacts_of_set,
     draw_contact,
     require_drawable_file,
 )

@@ -23,7 +23,8 @@ from fegear.studies.trains.loads import chosen_torques, torques_setting
 from fegear.studies.trains.models import ALL_MODELS, lumped_model, tables_setting
 from fegear.studies.trains.train_problem import TrainProblem
 from fegear.studies.trains.train_study import TrainStudy
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import LoadSharing, load_sharing
 from lumped.train.system import LumpedSystem

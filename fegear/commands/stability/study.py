@@ -6,7 +6,7 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from fegear.commands.stability.result import StabilityResult
 from fegear.files.codes import with_code
@@ -29,15 +29,12 @@ from fegear.studies.trains.speeds import (
     speeds_setting,
     with_frequencies,
 )
-from fegear.train.lumped_models import LumpedModel
+from fegear.train.model_settings import LumpedModel
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
 from lumped.stability.intervals import StabilityScan, scan_stability
 from lumped.stability.periodic_system import PeriodicSystem, periodic_system
 from lumped.steady.maps import Axis
-
-if TYPE_CHECKING:
-    pass
 
 MAX_CELLS = 4_000_000
 

@@ -42,15 +42,10 @@ from fegear.studies.trains.train_problem import (
     bodies_described,
 )
 from fegear.studies.trains.train_study import TrainStudy
-from fegear.train.lumped_models import (
-    DEFAULT_SPEEDS,
-    LumpedModel,
-    default_speeds,
-    lumped_system,
-    natural_frequencies,
-    require_method,
-    truncation_error,
-)
+from fegear.train.lumped_models import lumped_system, require_method
+from fegear.train.model_settings import LumpedModel
+from fegear.train.resonances import DEFAULT_SPEEDS, default_speeds, natural_frequencies
+from fegear.train.truncation import truncation_error
 from lumped.common.workers import Stopped
 from lumped.figures.waterfall import (
     COLUMNS,

@@ -17,7 +17,7 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.trains.headings import first_frequencies
 from fegear.studies.trains.train_problem import TrainFacts
-from fegear.train.lumped_models import natural_frequencies
+from fegear.train.resonances import natural_frequencies
 from lumped.closed_forms import (
     ParametricSystem,
     Prediction,

@@ -13,8 +13,9 @@ from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import cycles_per_turn
+from fegear.gearset.unmodified import unmodified
 from fegear.gearset.zones import zones
-from fegear.statics.excitation import ExcitationSource, unmodified
+from fegear.statics.excitation import ExcitationSource
 from fegear.statics.plausibility import mesh_warnings
 from fegear.studies.problem import Job, Task
 from fegear.studies.study import Study
@@ -24,7 +25,9 @@ from fegear.studies.trains.models import SPRINGS, lumped_model, tables_setting
 from fegear.studies.trains.train_problem import TrainFacts, TrainProblem
 from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.loaded_modes import system_of_modes
-from fegear.train.lumped_models import LumpedModel, lumped_system, natural_frequencies
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
+from fegear.train.resonances import natural_frequencies
 from lumped.closed_forms import (
     ParametricSystem,
     optimal_relief,

@@ -18,14 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.kernel_constants import kernel_constants, with_rootward
+from fegear.contact.kernel_runs import solve_constants, turned_positions, workspace
 from fegear.contact.problem import ContactFailure, ContactFlank, ContactProblem
-from fegear.contact.solve import (
-    candidate_pairs,
-    kernel_torques,
-    solve_constants,
-    turned_positions,
-    workspace,
-)
+from fegear.contact.solve import candidate_pairs, kernel_torques
 from fegear.gearset.modifications import FlankProfile
 from lumped.common.array_types import Array
 from meshes import GearPair

@@ -29,7 +29,7 @@ from lumped.common.compiled import CACHE_SUFFIX, CompileCount, kernel_cache
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
-    from fegear.train.lumped_models import LumpedModel
+    from fegear.train.model_settings import LumpedModel
 
 PAIR, GEARBOX, MACHINE = "liu-pair", "seed-five-speed", "roots-scaled"
 SPEED = 1000.0  # Hz, of the first mesh
@@ -78,8 +78,8 @@ def _statics() -> Iterator[Study | None]:
 
 def _rectangular(**settings: Any) -> LumpedModel:
     """A lumped model without finite elements."""
-    from fegear.statics.excitation import StiffnessSource
-    from fegear.train.lumped_models import LumpedModel
+    from fegear.statics.stiffness_source import StiffnessSource
+    from fegear.train.model_settings import LumpedModel
 
     return LumpedModel(stiffness=StiffnessSource(kind="rectangular"), **settings)
 
@@ -109,8 +109,8 @@ def _adaptive() -> Iterator[Study | None]:
 
 
 def _coupled() -> Iterator[Study | None]:
-    from fegear.statics.excitation import StiffnessSource
-    from fegear.train.lumped_models import LumpedModel
+    from fegear.statics.stiffness_source import StiffnessSource
+    from fegear.train.model_settings import LumpedModel
 
     coarse = StiffnessSource(resolution="coarse")
     model = LumpedModel(number="coupled", stiffness=coarse)
@@ -121,7 +121,7 @@ def _coupled() -> Iterator[Study | None]:
 def _elements() -> Iterator[Study | None]:
     from fegear.dynamics.build import FiniteElements
     from fegear.dynamics.stepper import DynamicSettings
-    from fegear.statics.excitation import StiffnessSource
+    from fegear.statics.stiffness_source import StiffnessSource
 
     settings = {
         "source": StiffnessSource(resolution="coarse"),

@@ -12,9 +12,7 @@ from fegear.gearset.power_path import input_torques
 from fegear.studies.settings import (
     setting,
 )
-from fegear.train.lumped_models import (
-    Number,
-)
+from fegear.train.model_settings import Number
 from lumped.steady.maps import Axis
 
 MIN_TORQUE = 1e-6  # N m, less is lost in round-off

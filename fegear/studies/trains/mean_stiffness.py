@@ -6,7 +6,9 @@ from typing import Any
 
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import Excitations, StiffnessSource, unmodified
+from fegear.gearset.unmodified import unmodified
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.settings import (
     SettingsGroup,
     display_name,

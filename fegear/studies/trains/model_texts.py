@@ -10,12 +10,8 @@ from fegear.files.codes import with_code
 from fegear.files.version import package_version
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
-from fegear.train.lumped_models import (
-    LumpedModel,
-    TorqueOf,
-    flank_bound,
-    truncation_bound,
-)
+from fegear.train.model_settings import LumpedModel, TorqueOf
+from fegear.train.truncation import flank_bound, truncation_bound
 from lumped.common.csv_text import format_exact
 from lumped.steady.integration_settings import Settings
 from lumped.steady.truncation_check import TruncationCheck

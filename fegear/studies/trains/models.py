@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from fegear.statics.excitation import StiffnessSource
 from fegear.statics.mesh_table_files import TABLE_FILE
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.settings import (
     Setting,
     SettingsGroup,
@@ -15,11 +15,7 @@ from fegear.studies.settings import (
     setting,
 )
 from fegear.studies.trains.loads import _number
-from fegear.train.lumped_models import (
-    SPRING_MODELS,
-    LumpedModel,
-    Number,
-)
+from fegear.train.model_settings import SPRING_MODELS, LumpedModel, Number
 from lumped.steady.integration_settings import Settings
 
 TABLES = (

@@ -39,12 +39,9 @@ from fegear.studies.trains.train_problem import (
     bodies_described,
 )
 from fegear.studies.trains.train_study import TrainStudy
-from fegear.train.lumped_models import (
-    LumpedModel,
-    lumped_system,
-    require_method,
-    truncation_error,
-)
+from fegear.train.lumped_models import lumped_system, require_method
+from fegear.train.model_settings import LumpedModel
+from fegear.train.truncation import truncation_error
 from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact

@@ -20,7 +20,8 @@ from fegear.studies.trains.loads import require_torque_axis
 from fegear.studies.trains.model_texts import body_entries, file_header
 from fegear.studies.trains.train_problem import TrainFacts, TrainProblem
 from fegear.studies.trains.train_study import TrainStudy
-from fegear.train.lumped_models import NO_FRICTION, LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import NO_FRICTION, LumpedModel
 from lumped.common.checks import require_present
 from lumped.common.options import Range, allowed_of
 from lumped.steady.maps import Axis

@@ -20,7 +20,7 @@ from fegear.studies.trains.models import ALL_MODELS, lumped_model
 from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
 from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequencies
 from fegear.studies.trains.train_problem import MOTION_PERIODS
-from fegear.train.lumped_models import LumpedModel
+from fegear.train.model_settings import LumpedModel
 from lumped.common.options import Range
 from lumped.signals.orders import MIN_PULSES
 from lumped.signals.sampling import TURN_RTOL, Sampling, TurningGear

@@ -15,7 +15,8 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.statics.excitation import StiffnessSource, read_mesh_tables, table_warnings
+from fegear.statics.given_tables import read_mesh_tables, table_warnings
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.problem import Problem
 from fegear.studies.settings import display_name, group_of, options_of, refuse_given
 from fegear.studies.table import Table
@@ -25,7 +26,7 @@ from fegear.studies.trains.loads import chosen_torque
 from fegear.studies.trains.model_texts import left_out_line, static_warnings
 from fegear.studies.trains.models import SOURCE
 from fegear.studies.trains.train_study import TrainStudy
-from fegear.train.lumped_models import LumpedModel, has_rolling_bearings, resolve_model
+from fegear.train.model_settings import LumpedModel, has_rolling_bearings, resolve_model
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
 from lumped.steady.integration_settings import Settings

@@ -13,9 +13,7 @@ from fegear.studies.settings import (
 )
 from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.studies.trains.models import TABLES
-from fegear.train.lumped_models import (
-    LumpedModel,
-)
+from fegear.train.model_settings import LumpedModel
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 from conftest import SMALL_HUBS
 
-from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.full import FullStepper, full_model
+from fegear.dynamics.gear_elasticity import elastic_damping
 from fegear.dynamics.kernels.step_arrays import Clock
 from fegear.dynamics.mesh_load_curves import mesh_load_curves
 from fegear.dynamics.model import DynamicModel, ElasticGear, dynamic_model
@@ -30,8 +30,9 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
 from fegear.statics.settings import StaticsSettings
+from fegear.statics.stiffness_source import StiffnessSource
 from lumped import LumpedSystem
 from meshes import MeshSize
 

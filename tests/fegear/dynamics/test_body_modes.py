@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fegear.dynamics.body_modes import DAMPING, body_modes, static_inertias
-from fegear.dynamics.build import elastic_damping
 from fegear.dynamics.elastic import ElasticGear
+from fegear.dynamics.gear_elasticity import elastic_damping
 from fegear.dynamics.mesh_load_curves import pitch_point
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import contact_sides

@@ -15,11 +15,12 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.elasticity.gear_modes import lowest_modes
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
-from fegear.statics.excitation import StiffnessSource
 from fegear.statics.settings import BODIES
 from fegear.statics.solving import solve_mesh
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.coupled import contacts_of
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.attractors.attractors import find_attractor
 from lumped.branches.period_map import PeriodMap
 from lumped.steady.integration_settings import Settings

@@ -11,15 +11,17 @@ from skfem.models import elasticity
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.dynamics.build import FiniteElements, cached_gear_modes, prepare
+from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.contact_history import ContactHistory
 from fegear.dynamics.cross_mesh import _flank_table
+from fegear.dynamics.gear_elasticity import cached_gear_modes
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
 from fegear.statics.settings import RESOLUTIONS
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from meshes import sector as meshing
 

@@ -20,10 +20,12 @@ from fegear.dynamics.sides import BACK, DRIVE
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
 from fegear.statics.settings import RESOLUTIONS, StaticsSettings
 from fegear.statics.solving import contact_problem
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.signals.averages import order_amplitudes, residual_of
 from lumped.steady.respond import respond_with_history
 from lumped.steady.steady_state import steady_state

@@ -14,8 +14,10 @@ from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from fegear.files.errors import InputError
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
-from fegear.statics.excitation import Excitations, StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.steady.steady_state import steady_state
 
 GUIDE = Path(__file__).parents[3] / "docs" / "howto" / "gear-set-file.md"

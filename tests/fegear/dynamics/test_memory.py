@@ -13,7 +13,8 @@ from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import Excitations, StiffnessSource
+from fegear.statics.excitation import Excitations
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 
 FULL = FiniteElements(fidelity="full", mesh=0.35)

@@ -10,7 +10,8 @@ from loaded_frequencies import require_frequencies_of_finite_elements
 import fegear
 import lumped
 from fegear.gearset import read_gear_set
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.train.coupled import MIN_LEFT_INERTIA
 
 COARSE = fegear.StiffnessSource(resolution="coarse", positions=32)

@@ -12,11 +12,12 @@ from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.dynamics.table_load_curves import load_curves_at
 from fegear.files.errors import InputError
 from fegear.gearset.power_path import mesh_torques_at
-from fegear.statics.excitation import GivenTables, read_mesh_tables
+from fegear.statics.given_tables import GivenTables, read_mesh_tables
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem, solve_mesh
 from fegear.train.coupled import contacts_of, coupled_contacts
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.steady.integration_settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper

@@ -29,8 +29,9 @@ from fegear.gearset.power_path import (
 )
 from fegear.gearset.read import load_tables
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
-from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 
 SET = "planetary-24-36-96"
 ROLES = list(itertools.permutations(MEMBERS))

@@ -8,14 +8,9 @@ import pytest
 from fegear import InputError, StaticsSettings, load_gear_set, make_gear_set, solve_mesh
 from fegear.contact.loads import patch_loads
 from fegear.elasticity.body_stress import von_mises
-from fegear.rendering.fields import (
-    LoadedGear,
-    LoadedMesh,
-    MeshSide,
-    RelativePose,
-    contact_field,
-    mesh_scene,
-)
+from fegear.rendering.fields import contact_field, mesh_scene
+from fegear.rendering.loaded_gears import LoadedGear, LoadedMesh, MeshSide
+from fegear.rendering.mesh_scene import RelativePose
 from meshes.profile import flank_frame
 from validation.oracles import hertz
 from validation.random_sets.generator import draw_pair, draw_torque

@@ -21,15 +21,9 @@ from fegear.elasticity.hats import hat_displacement
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
-from fegear.rendering.fields import (
-    LoadedGear,
-    LoadedMesh,
-    MeshScene,
-    MeshSide,
-    RelativePose,
-    contact_field,
-    mesh_scene,
-)
+from fegear.rendering.fields import contact_field, mesh_scene
+from fegear.rendering.loaded_gears import LoadedGear, LoadedMesh, MeshSide
+from fegear.rendering.mesh_scene import MeshScene, RelativePose
 from fegear.rendering.sector_field import MIRROR, MIRROR_STATE, loadable_gear
 from fegear.statics.settings import StaticsSettings
 from meshes import MeshSize, sector_mesh

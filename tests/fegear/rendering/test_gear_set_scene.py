@@ -13,14 +13,7 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import external_torques, input_torques
-from fegear.rendering.fields import (
-    ROLES,
-    LoadedGear,
-    LoadedMesh,
-    MeshSide,
-    contact_field,
-    gears_in_meshes,
-)
+from fegear.rendering.fields import contact_field
 from fegear.rendering.gear_set_scene import (
     SetMoment,
     field_at,
@@ -28,6 +21,13 @@ from fegear.rendering.gear_set_scene import (
     gear_set_scene,
     loaded_meshes,
     turn_moments,
+)
+from fegear.rendering.loaded_gears import (
+    ROLES,
+    LoadedGear,
+    LoadedMesh,
+    MeshSide,
+    gears_in_meshes,
 )
 from fegear.rendering.pictures import PictureSettings
 from fegear.statics.settings import StaticsSettings

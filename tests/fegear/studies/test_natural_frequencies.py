@@ -8,7 +8,8 @@ from loaded_frequencies import require_frequencies_of_finite_elements
 
 import fegear
 from fegear.train.loaded_modes import linear_model, modes_under_load, system_of_modes
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from validation.random_sets.generator import random_gear_set
 from validation.random_sets.measuring import highest_resonance
 

@@ -17,7 +17,8 @@ from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
 from fegear.studies.trains.gear_sets import GearSetRef
-from fegear.train.lumped_models import LumpedModel, StiffnessSource
+from fegear.train.lumped_models import StiffnessSource
+from fegear.train.model_settings import LumpedModel
 
 SET = "planetary-24-36-96"
 WAVES = tuple(

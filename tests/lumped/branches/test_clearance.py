@@ -17,8 +17,9 @@ from lumped import (
     Train,
     analytic_excitation,
 )
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.motions import SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.branches.periodic import BranchFinder
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import constant_wave, wave_from_samples
 

@@ -10,9 +10,10 @@ import pytest
 
 from fegear.files.values import plain_of, value_of
 from lumped.branches.balance import HarmonicBalance
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.location import find_root
 from lumped.branches.motions import ParameterFamily, SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.branches.periodic import BranchFinder
 from lumped.branches.shooting import shoot
 from lumped.continuation.arc_length import NoSolution
 from lumped.continuation.bifurcations import DOUBLING, FOLD

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from lumped import respond
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.motions import ParameterFamily, PeriodicProblem, SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.branches.periodic import BranchFinder
 from lumped.steady.integration_settings import Settings
 
 pytestmark = pytest.mark.slow

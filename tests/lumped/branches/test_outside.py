@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import pytest
 
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.motions import SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.branches.periodic import BranchFinder
 
 # in the order of the branch [Hz]
 MAIN = (

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from lumped.branches.balance import HarmonicBalance
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.motions import SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.branches.periodic import BranchFinder
 from lumped.steady.integration_settings import Settings
 from lumped.steady.jumps import find_jumps
 from lumped.steady.steady_state import Speed

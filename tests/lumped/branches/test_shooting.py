@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from lumped.branches.balance import HarmonicBalance
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.motions import SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.branches.periodic import BranchFinder
 from lumped.branches.shooting import shoot
 from lumped.continuation.arc_length import NoSolution
 

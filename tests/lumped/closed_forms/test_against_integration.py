@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from lumped import Settings, respond_with_history, sweep
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.motions import SpeedFamily
-from lumped.branches.periodic import BranchFinder, BranchSettings
+from lumped.branches.periodic import BranchFinder
 from lumped.closed_forms import (
     contact_loss_amplitude,
     instability_interval,

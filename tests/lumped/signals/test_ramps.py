@@ -15,8 +15,9 @@ from rim_gears import FIRM
 from scipy.integrate import solve_ivp
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped import Settings, respond
 from lumped.signals.coordinate_motion import coordinate_motion, ramp_pieces
 from lumped.signals.sensors import signals_of_pieces

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped import Settings
 from lumped.signals.coordinate_motion import coordinate_motion
 from lumped.signals.sensors import sensor_signals, with_noise

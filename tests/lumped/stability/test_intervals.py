@@ -10,8 +10,9 @@ from friction_pairs import COUPLED, pair_system
 from matplotlib.collections import PolyCollection
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.figures.drawing import COLORS
 from lumped.figures.stability import draw_chart
 from lumped.stability.combinations import combinations

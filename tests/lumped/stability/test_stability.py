@@ -15,8 +15,9 @@ from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 from fegear.gearset import load_gear_set
-from fegear.statics.excitation import StiffnessSource
-from fegear.train.lumped_models import LumpedModel, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import scan_stability
 from lumped.stability.multipliers import (

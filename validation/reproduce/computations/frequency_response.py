@@ -17,7 +17,7 @@ from fegear.commands.theory.result import TheoryResult
 from fegear.commands.theory.study import Theory
 from fegear.studies.running import run
 from fegear.studies.trains.gear_sets import GearSetRef
-from lumped.branches.periodic import BranchSettings, PeriodicBranch
+from lumped.branches.branch_settings import BranchSettings, PeriodicBranch
 from lumped.closed_forms import separation_angle
 from lumped.closed_forms.predictions import Prediction
 from lumped.common.progress import Progress

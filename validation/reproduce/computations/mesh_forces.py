@@ -19,7 +19,8 @@ from lumped.steady.respond import respond
 from validation.reproduce.computations.frequency_response import Frequency
 from validation.reproduce.parts import Curve, Part, PartResult
 from validation.reproduce.scene import Scene
-from validation.study.metrics import CYCLE_POINTS, force_cycle
+from validation.study.cycle_metrics import force_cycle
+from validation.study.metrics import CYCLE_POINTS
 
 DAMPING_STEPS = 40  # from one damping ratio to another
 CYCLE = np.arange(CYCLE_POINTS) / CYCLE_POINTS  # of a mesh

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 import fegear
 from fegear import LumpedModel, StiffnessSource
 from fegear.cli import app
-from lumped.branches.periodic import BranchSettings
+from lumped.branches.branch_settings import BranchSettings
 from lumped.common.csv_text import parse_csv
 
 FAST = ("liu-idler", "--excitation", "fourier", "--excitation-harmonics", "3")

@@ -26,7 +26,8 @@ from fegear.commands.relief.objective import (
     peak_to_peak,
 )
 from fegear.contact.cycle import TORQUE
-from fegear.contact.solve import candidate_pairs, solve_cycle, solve_pairs
+from fegear.contact.kernel_runs import solve_pairs
+from fegear.contact.solve import candidate_pairs, solve_cycle
 from fegear.files.toml import toml_text
 from fegear.gearset.edit import edited
 from fegear.gearset.modifications import Relief

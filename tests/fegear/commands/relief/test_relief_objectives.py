@@ -23,7 +23,7 @@ from fegear.commands.relief.vibration import VibrationSearch
 from fegear.statics.harmonics import mesh_harmonics
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem
-from fegear.train.lumped_models import LumpedModel
+from fegear.train.model_settings import LumpedModel
 from lumped.common.workers import Stopped
 
 COARSE = StaticsSettings(resolution="coarse", positions=16)

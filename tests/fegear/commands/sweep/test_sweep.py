@@ -18,7 +18,8 @@ from fegear.files.speed_ranges import parsed_speeds, written_speeds
 from fegear.gearset import load_gear_set
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.train.lumped_models import default_speeds, lumped_system
+from fegear.train.lumped_models import lumped_system
+from fegear.train.resonances import default_speeds
 from lumped.steady.response import Status
 from lumped.steady.sweep_table import read_sweep
 from lumped.train.analytic import StiffnessParameters, analytic_excitation

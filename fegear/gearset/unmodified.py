@@ -1,0 +1,35 @@
+"""Gear sets without the faults, errors and modifications of others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from fegear.gearset.faults.checks import without_faults
+from fegear.gearset.model import GearSet
+from fegear.gearset.modifications import UNMODIFIED
+from fegear.gearset.pitch_errors import (
+    without_pitch_errors,
+)
+
+
+def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
+    """The gear set without faults and pitch errors, and a mesh's teeth unrelieved."""
+    equal = without_faults(without_pitch_errors(gear_set))
+    return without_relief(equal, mesh)
+
+
+def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
+    """The gear set with one mesh's teeth left without profile modification.
+
+    Wear of all teeth alike is one.
+    """
+    meshes, gears = list(gear_set.meshes), list(gear_set.gears)
+    plain = UNMODIFIED
+    meshes[mesh] = replace(meshes[mesh], driver_flank=plain, driven_flank=plain)
+    for index in meshes[mesh].gears:
+        faults = gears[index].faults
+        if any(wear.tooth is None for wear in faults.worn):
+            single = tuple(wear for wear in faults.worn if wear.tooth is not None)
+            faults = replace(faults, worn=single)
+            gears[index] = replace(gears[index], faults=faults)
+    return replace(gear_set, meshes=tuple(meshes), gears=tuple(gears))
