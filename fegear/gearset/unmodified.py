@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
 from fegear.gearset.faults.checks import without_faults
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import UNMODIFIED
 from fegear.gearset.pitch_errors import (
     without_pitch_errors,
 )
+
+
+def has_faults(
+    gear_set: GearSet, mesh: int, kinds: Collection[FaultKind] = FAULT_KINDS
+) -> bool:
+    """Whether a gear of a mesh has faults of some kinds."""
+    gears = gear_set.meshes[mesh].gears
+    return any(
+        kind in kinds for gear in gears for kind in gear_set.gears[gear].faults.kinds
+    )
 
 
 def unmodified(gear_set: GearSet, mesh: int) -> GearSet:

@@ -17,10 +17,10 @@ from fegear.gearset.pitch_errors import (
     tooth_pair_errors,
     without_pitch_errors,
 )
-from fegear.gearset.unmodified import unmodified, without_relief
+from fegear.gearset.unmodified import has_faults, unmodified, without_relief
 from fegear.statics.gap_points import gap_points
-from fegear.statics.given_tables import MAX_TABLES, _place, has_faults
-from fegear.statics.stiffness_source import Kind, StiffnessSource
+from fegear.statics.given_tables import mesh_label
+from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import MeshExcitation
 from lumped.train.excitation_tables import (
@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     from fegear.statics.mesh_result import StaticsResult
     from fegear.statics.settings import StaticsSettings
 
-KINDS: tuple[Kind, ...] = ("fe", "rectangular", "trapezoid", "fourier")
 STIFFNESS = "stiffness_N_per_m"
+MAX_TABLES = 128  # solved ones that are kept for further use
 # faults that move flanks apart and leave tooth pairs as stiff as they are
 GAP_FAULTS: tuple[FaultKind, ...] = ("worn", "eccentricity")
 
@@ -96,7 +96,7 @@ class Excitations:
         flanks = spec.flanks
         settings = self.source.statics_of(gear_set, mesh)
         settings = replace(settings, positions=positions or settings.positions)
-        place = _place(gear_set, mesh) if has_faults(gear_set, mesh) else None
+        place = mesh_label(gear_set, mesh) if has_faults(gear_set, mesh) else None
         key = (spec.pair, gears, flanks, errors, torque, settings.positions, place)
         result = self._results.pop(key, None)
         if result is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
@@ -12,7 +12,6 @@ from fegear.boundary import public
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.printable import printable
-from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import (
@@ -20,6 +19,7 @@ from fegear.gearset.pitch_errors import (
     tooth_pair_errors,
 )
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.gearset.unmodified import has_faults
 from fegear.statics.mesh_table_files import read_mesh_table
 from fegear.statics.stiffness_source import StiffnessSource
 from lumped.common.checks import require_fields
@@ -38,8 +38,6 @@ if TYPE_CHECKING:
 
 
 MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
-
-MAX_TABLES = 128  # solved ones that are kept for further use
 
 
 @dataclass(frozen=True)
@@ -188,17 +186,7 @@ def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
         )
 
 
-def has_faults(
-    gear_set: GearSet, mesh: int, kinds: Collection[FaultKind] = FAULT_KINDS
-) -> bool:
-    """Whether a gear of a mesh has faults of some kinds."""
-    gears = gear_set.meshes[mesh].gears
-    return any(
-        kind in kinds for gear in gears for kind in gear_set.gears[gear].faults.kinds
-    )
-
-
-def _place(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
+def mesh_label(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
     """On what it depends in a set which faulty teeth meet, and where centres are."""
     phases = (phase.value for phase in mesh_phases(gear_set))
     return mesh, tuple(phases), tuple(one.direction for one in gear_set.meshes)

@@ -133,11 +133,6 @@ def _to_float(value: Any) -> float:
         return math.inf if value > 0 else -math.inf
 
 
-def require_frequency(name: str, value: float) -> None:
-    """Require a valid mesh frequency [Hz]."""
-    require_between(name, value, *FREQUENCY_RANGE, above=True, below=True)
-
-
 def check_arguments(function: Callable[P, R]) -> Callable[P, R]:
     """Decorate an interface function so that it checks the types of its arguments."""
 

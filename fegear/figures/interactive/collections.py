@@ -30,8 +30,6 @@ from fegear.figures.interactive.styles import (
 )
 from fegear.figures.interactive.texts import markup, one_line
 
-CIRCLE_SIZE = 1.0  # width of a scattered circle over the root of its size
-
 
 def add_scatter(elements: Elements, panel: FigurePanel, points: Any) -> None:
     """Markers with sizes and colours of their own, and the values of the colours."""

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 BREAKPOINT = 720.0  # pixels, width below which panels are below each other
 MIN_SCALE = 0.6  # of the gaps between columns, which shrink with the width
-TITLE_LINE, ENTRY_LINE, LABEL_LINE = 19.0, 20.0, 15.0  # pixels, height of a line
+ENTRY_LINE, LABEL_LINE = 20.0, 15.0  # pixels, height of a line
 TITLE_SIZE = {"wide": 15, "narrow": 13}  # pixels
 TITLE_LETTER = 7.0  # pixels, of a letter of the title of a panel
 GAP = 10.0  # pixels between parts

@@ -10,11 +10,6 @@ from fegear.commands.new.rexs.stages import Stage
 MAX_MISPLACED = 0.01  # of the centre distance: positions say the same
 
 
-def position_on_shaft(gear: Component) -> float:
-    """Position along the shaft [mm]."""
-    return gear.quantity("u_coordinate_on_shaft", "length") or 0.0
-
-
 def root_of_tool(tool: Component, module: float) -> dict[str, float]:
     """Dedendum of a gear, the addendum of its tool, and the rounding of its tip."""
     result = {}
