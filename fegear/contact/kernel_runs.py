@@ -122,7 +122,7 @@ def solve_constants(
     from fegear.contact import cycle
 
     work = workspace(teeth.size, len(constants.grid.logarithm))
-    result = _empty_result(teeth, targets.shape, work, with_rates)
+    result = empty_result(teeth, targets.shape, work, with_rates)
     # positions may be every other one of an array: kernels are compiled for whole ones
     gaps, position, targets = map(np.ascontiguousarray, (gaps, position, targets))
     places = cycle.Places(teeth, gaps, position)
@@ -132,7 +132,7 @@ def solve_constants(
     return result
 
 
-def _empty_result(
+def empty_result(
     teeth: Indices, shape: tuple[int, ...], work: Workspace, with_rates: bool
 ) -> KernelResult:
     """Result to be filled, for cases and positions (t, n), with a workspace's patches

@@ -15,7 +15,7 @@ from fegear.contact.kernel_constants import (
 )
 from fegear.contact.kernel_runs import (
     KernelResult,
-    _empty_result,
+    empty_result,
     solve_pairs,
     workspace,
 )
@@ -189,7 +189,7 @@ def _solve_groups(
     different, conditions = state
     lines = conditions.lines
     work = workspace(teeth.size, problem.nodes)
-    result = _empty_result(teeth, targets.shape, work, conditions.with_rates)
+    result = empty_result(teeth, targets.shape, work, conditions.with_rates)
     both = np.concatenate(different, axis=1)
     groups, group = np.unique(both, axis=0, return_inverse=True)
     for number in range(len(groups)):

@@ -12,9 +12,9 @@ import numpy as np
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
 from fegear.dynamics.gear_elasticity import (
-    _elastic,
     default_cutoff,
     elastic_damping,
+    elastic_gears,
     modes_of,
     truncate_modes,
 )
@@ -175,7 +175,7 @@ def prepare(
             )
         reason = "quasistatic: no elastic mode of the gears is near these speeds"
         return _reduced_choice(rigid, settings, "quasistatic", reason, [])
-    elastic = _elastic(gear_set, modes, elements.elastic_damping)
+    elastic = elastic_gears(gear_set, modes, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, load_curves, elastic, cross_mesh_pair)
     choice = _choice(model, tables, speeds, elements)
     unseen = ""
@@ -188,7 +188,7 @@ def prepare(
     if choice.fidelity == "quasistatic":
         return _reduced_choice(rigid, settings, "quasistatic", reason, [])
     truncated = [truncate_modes(mode_set, choice.cutoff_Hz) for mode_set in modes]
-    elastic = _elastic(gear_set, truncated, elements.elastic_damping)
+    elastic = elastic_gears(gear_set, truncated, elements.elastic_damping)
     model = dynamic_model(gear_set, reference, load_curves, elastic, cross_mesh_pair)
     return _reduced_choice(model, settings, "reduced", reason, truncated)
 

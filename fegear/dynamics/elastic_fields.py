@@ -244,7 +244,7 @@ class CycleInterpolator:
         return low + share * (table[grid_index + 1, column] - low)
 
 
-def _field(
+def elastic_field(
     gear_index: int,
     sides: Sequence[ContactSide],
     cyclic_gear: CyclicGear,

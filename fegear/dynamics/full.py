@@ -24,8 +24,8 @@ from fegear.dynamics.elastic_fields import (
     EliminatedField,
     FieldStep,
     Stencil,
-    _field,
     angular_momentum,
+    elastic_field,
     eliminate_free,
     field_step,
 )
@@ -65,7 +65,7 @@ def full_model(
     sides = contact_sides(gear_set, load_curves)
     n_load_directions = 2 if load_curves[0].friction > 0.0 else 1
     fields = tuple(
-        _field(
+        elastic_field(
             gear_index, sides, cyclic_gear, gear.face_width, rayleigh, n_load_directions
         )
         for gear_index, (gear, cyclic_gear, rayleigh) in enumerate(

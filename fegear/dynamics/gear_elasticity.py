@@ -76,7 +76,7 @@ def truncate_modes(modes: GearModes, cutoff_Hz: float) -> GearModes:
     )
 
 
-def _elastic(
+def elastic_gears(
     gear_set: GearSet, modes: Sequence[GearModes], damping: float
 ) -> list[ElasticGear]:
     return [

@@ -23,7 +23,7 @@ from fegear.train.model_settings import (
     LINEAR_ONLY,
     BendingRatio,
     LumpedModel,
-    _known_contacts,
+    contact_source_of,
     has_rolling_bearings,
     resolve_model,
 )
@@ -85,7 +85,7 @@ def lumped_system(
     if model.number == "coupled":
         if has_rolling_bearings(model, gear_set):
             raise InputError(f"{gear_set.name}: {LINEAR_ONLY}, use bearings = linear")
-        contact_source = _known_contacts(gear_set, model, source)
+        contact_source = contact_source_of(gear_set, model, source)
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     if model.bearings == "linear":
         train = without_rolling_bearings(train)

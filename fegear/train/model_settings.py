@@ -255,7 +255,7 @@ def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str
 
 def _require_coupled_tables(gear_set: GearSet, source: GivenTables) -> None:
     """Raise InputError where mesh tables have too little for the coupled model."""
-    _known_contacts(gear_set, LumpedModel(number="coupled"), source)
+    contact_source_of(gear_set, LumpedModel(number="coupled"), source)
     for (name, table), mesh in zip(source.tables, gear_set.meshes, strict=True):
         try:
             path_load_curves(table, mesh.pair.driver_arm)
@@ -263,7 +263,7 @@ def _require_coupled_tables(gear_set: GearSet, source: GivenTables) -> None:
             raise InputError(f"{name}: {error}") from None
 
 
-def _known_contacts(
+def contact_source_of(
     gear_set: GearSet, model: LumpedModel, source: ExcitationSource
 ) -> Excitations | GivenTables:
     """What gives the contacts of the coupled model; what it leaves out is there."""

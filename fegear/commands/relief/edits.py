@@ -21,7 +21,7 @@ from fegear.gearset.modifications import ReliefShape
 from lumped.common.array_types import Array
 
 
-def _vibration_entries(best: VibrationBest | None) -> dict[str, Any] | None:
+def vibration_entries(best: VibrationBest | None) -> dict[str, Any] | None:
     if best is None:
         return None
     bands = {"before": best.before, "static": best.static, "after": best.best}
@@ -38,7 +38,7 @@ def _micro(values: tuple[float, ...]) -> list[float]:
     return [value / MICRO for value in values]
 
 
-def _reliefs(
+def relief_rows(
     problem: ReliefProblem, design: Array, objective: ReliefObjective | None
 ) -> list[dict[str, Any]]:
     """Sought reliefs with rounded sizes, and what a micrometre more would change.
@@ -81,13 +81,13 @@ def _place_of(
     }
 
 
-def _left_out(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:
+def left_out_reliefs(places: list[str], reliefs: list[dict[str, Any]]) -> list[str]:
     """Reliefs at places that are not among those of the result."""
     names = {relief["relief"] for relief in reliefs}
     return [name for place in places if (name := f"{place}_relief") not in names]
 
 
-def _edits(
+def relief_edits(
     mesh: int, places: list[str], reliefs: list[dict[str, Any]], shape: ReliefShape
 ) -> dict[str, Any]:
     """Keys of the gear set that give the reliefs, in place of all others at places.
@@ -98,7 +98,7 @@ def _edits(
     for place in places:
         both = place.partition("_")[2]
         edits[f"mesh.{mesh}.{both}_relief.magnitude_um"] = 0
-    for name in _left_out(places, reliefs):
+    for name in left_out_reliefs(places, reliefs):
         edits[f"mesh.{mesh}.{name}.magnitude_um"] = 0
     for relief in reliefs:
         key = f"mesh.{mesh}.{relief['relief']}"
@@ -109,7 +109,7 @@ def _edits(
     return edits
 
 
-def _rows(torques: Any, before: Any, after: Any) -> list[dict[str, float]]:
+def peak_rows(torques: Any, before: Any, after: Any) -> list[dict[str, float]]:
     ranges = zip(torques, peak_to_peak(before), peak_to_peak(after), strict=True)
     return [
         {

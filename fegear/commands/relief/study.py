@@ -19,11 +19,11 @@ from fegear.commands.relief.best_relief import (
     without_idle_reliefs,
 )
 from fegear.commands.relief.edits import (
-    _edits,
-    _left_out,
-    _reliefs,
-    _rows,
-    _vibration_entries,
+    left_out_reliefs,
+    peak_rows,
+    relief_edits,
+    relief_rows,
+    vibration_entries,
 )
 from fegear.commands.relief.front import relief_front
 from fegear.commands.relief.objective import (
@@ -258,7 +258,7 @@ class ReliefDesign(
             problem, design, more = without_idle_reliefs(problem, design, objective)
             evaluations += more
         problem, design = problem.separate(design)
-        reliefs = _reliefs(problem, design, objective)
+        reliefs = relief_rows(problem, design, objective)
         edits = self._edits(places, reliefs)
         after = self.gear_set.changed(edits)
         shown = torques
@@ -272,16 +272,16 @@ class ReliefDesign(
             reliefs=reliefs,
             before_um=self._over_pitches(before, objective) / MICRO,
             after_um=self._over_pitches(after_ste, objective) / MICRO,
-            rows=_rows(torques, before, after_ste),
-            shown=_rows(
+            rows=peak_rows(torques, before, after_ste),
+            shown=peak_rows(
                 shown,
                 _ste(gears, index, shown, quick),
                 _ste(after, index, shown, quick),
             ),
             evaluations=evaluations,
-            left_out=_left_out(places, reliefs),
+            left_out=left_out_reliefs(places, reliefs),
             max_magnitude_um=problem.max_magnitude / MICRO,
-            vibration=_vibration_entries(vibration),
+            vibration=vibration_entries(vibration),
             front=list(front[0]),
             tolerance=self._tolerance(problem, design, objective),
             warnings=[
@@ -298,7 +298,7 @@ class ReliefDesign(
         """Keys that give the reliefs to the mesh and to those with the same flanks."""
         edits: dict[str, Any] = {}
         for index in self.gear_set.loaded.meshes_of_same_flanks(self.mesh - 1):
-            edits |= _edits(index + 1, places, reliefs, self.shape)
+            edits |= relief_edits(index + 1, places, reliefs, self.shape)
         return edits
 
     def _problem(
@@ -366,7 +366,7 @@ class ReliefDesign(
         )
 
         def changed(design: Array) -> GearSet:
-            reliefs = _reliefs(*problem.separate(design), None)
+            reliefs = relief_rows(*problem.separate(design), None)
             places = [entry.place for entry in problem.ranges]
             edits = self._edits(places, reliefs)
             return self.gear_set.changed(edits)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import Any, get_args
+from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import parsed_speeds
@@ -12,7 +12,6 @@ from fegear.gearset.power_path import input_torques
 from fegear.studies.settings import (
     setting,
 )
-from fegear.train.model_settings import Number
 from lumped.steady.maps import Axis
 
 MIN_TORQUE = 1e-6  # N m, less is lost in round-off
@@ -93,11 +92,3 @@ def chosen_torque(
     """The torque that is asked for [N m], or the middle load case."""
     torques = chosen_torques(gears, () if torque is None else (torque,), mesh)
     return torques[len(torques) // 2]
-
-
-def _number(text: str) -> Any:
-    if text in get_args(Number):
-        return text
-    if text not in ("1", "2", "3"):
-        raise ValueError("allowed auto, coupled, 1, 2 and 3")
-    return int(text)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, get_args
 
 from fegear.statics.mesh_table_files import TABLE_FILE
 from fegear.statics.stiffness_source import StiffnessSource
@@ -14,7 +14,6 @@ from fegear.studies.settings import (
     group,
     setting,
 )
-from fegear.studies.trains.loads import _number
 from fegear.train.model_settings import SPRING_MODELS, LumpedModel, Number
 from lumped.steady.integration_settings import Settings
 
@@ -44,10 +43,20 @@ SOURCE = SettingsGroup(
     ),
 )
 
+
+def parsed_number(text: str) -> Any:
+    """The number or name of a lumped model; ValueError says what is allowed."""
+    if text in get_args(Number):
+        return text
+    if text not in ("1", "2", "3"):
+        raise ValueError("allowed auto, coupled, 1, 2 and 3")
+    return int(text)
+
+
 SPRINGS = expose(
     *("number", "damping_ratio", "translations", "stiffness"),
     number=Setting(
-        option="--model", metavar="1|2|3", text=f"{SPRING_MODELS}.", parse=_number
+        option="--model", metavar="1|2|3", text=f"{SPRING_MODELS}.", parse=parsed_number
     ),
     damping_ratio=Setting(option="--damping"),
     translations=Setting(option="--translations"),
@@ -56,7 +65,7 @@ SPRINGS = expose(
 
 ALL_MODELS = SPRINGS | expose(
     *("number", "without"),
-    number=Setting(option="--model", metavar="auto|coupled|1|2|3", parse=_number),
+    number=Setting(option="--model", metavar="auto|coupled|1|2|3", parse=parsed_number),
 )
 
 SLIDING = expose(
