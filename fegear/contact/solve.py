@@ -8,11 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fegear.contact.kernel_constants import (
-    NOMINAL,
-    Conditions,
-    PairTeeth,
-)
+from fegear.contact.kernel_constants import NOMINAL, Conditions, PairTeeth
 from fegear.contact.kernel_runs import (
     KernelResult,
     empty_result,

@@ -8,11 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pair_load_curves import (
-    NOMINAL,
-    PairLoadCurves,
-    ToothLoadCurves,
-)
+from fegear.contact.pair_load_curves import NOMINAL, PairLoadCurves, ToothLoadCurves
 from fegear.dynamics.model import DynamicModel
 from fegear.dynamics.sides import DRIVE, ContactSide
 from fegear.dynamics.stepper import FeHistory

@@ -15,11 +15,7 @@ import numpy as np
 
 from fegear.elasticity.crack_tip import TipField, tip_field
 from fegear.elasticity.damaged_ring import SIDES, DamagedRing
-from fegear.elasticity.flank import (
-    MAX_TOOTH_OFFSET,
-    SectorLoads,
-    flamant_displacement,
-)
+from fegear.elasticity.flank import MAX_TOOTH_OFFSET, SectorLoads, flamant_displacement
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.root_stress import FlankLoad, broadcast_loads, near_load
 from fegear.elasticity.sector import RIGHT, CyclicSector

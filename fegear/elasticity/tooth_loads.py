@@ -7,12 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fegear.elasticity.body_stress import ROOTWARD
-from fegear.elasticity.flank import (
-    SectorLoads,
-    flamant_loads,
-    join_loads,
-    nodal_loads,
-)
+from fegear.elasticity.flank import SectorLoads, flamant_loads, join_loads, nodal_loads
 from fegear.elasticity.sector import RIGHT, CyclicSector
 from lumped.common.array_types import Array
 

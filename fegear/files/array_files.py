@@ -17,9 +17,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_whole
 
 Array = NDArray[Any]
-
 NUMBERS = "biufc"  # kinds of arrays that are saved without pickle
-
 SEAL_SIZE = hashlib.sha256().digest_size
 
 

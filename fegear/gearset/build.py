@@ -21,12 +21,7 @@ from fegear.gearset.refusals import Key, KeyOf, Refusal, build_or_refuse, in_uni
 from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
 from fegear.gearset.shafts import shaft_body
 from fegear.gearset.teeth import MM, UM, Blank, Tip, blank_of
-from fegear.gearset.tips import (
-    CONTACT_RATIO_TOLERANCE,
-    Spacing,
-    find_tips,
-    spacing,
-)
+from fegear.gearset.tips import CONTACT_RATIO_TOLERANCE, Spacing, find_tips, spacing
 from fegear.gearset.torques import mesh_torques, torque_inferences
 from fegear.gearset.zones import relief
 from meshes import GearPair, GeometryError, SpurGear

@@ -8,16 +8,8 @@ from functools import cached_property
 
 from fegear.files.errors import InputError
 from fegear.gearset.faults.tooth_faults import NO_FAULTS, Faults
-from fegear.gearset.field_checks import (
-    require_fields,
-    require_positive,
-    require_within,
-)
-from fegear.gearset.modifications import (
-    UNMODIFIED,
-    FlankModifications,
-    Flanks,
-)
+from fegear.gearset.field_checks import require_fields, require_positive, require_within
+from fegear.gearset.modifications import UNMODIFIED, FlankModifications, Flanks
 from fegear.gearset.planetary.members import Member, Members
 from fegear.gearset.shaft_bodies import ShaftBody
 from lumped.bearings.rolling import BallBearing, RollerBearing

@@ -9,9 +9,7 @@ from fegear.gearset.faults.checks import without_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import UNMODIFIED
-from fegear.gearset.pitch_errors import (
-    without_pitch_errors,
-)
+from fegear.gearset.pitch_errors import without_pitch_errors
 
 
 def has_faults(

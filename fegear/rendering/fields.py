@@ -14,9 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.loads import (
-    patch_loads,
-)
+from fegear.contact.loads import patch_loads
 from fegear.contact.solve import run_kernel
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
@@ -26,10 +24,7 @@ from fegear.rendering.gear_fields import GearField, PairField
 from fegear.rendering.loaded_gears import loaded_gears
 from fegear.rendering.mesh_scene import MeshScene, RelativePose
 from fegear.rendering.recorded import Instant
-from fegear.rendering.sector_field import (
-    LoadableGear,
-    loadable_gear,
-)
+from fegear.rendering.sector_field import LoadableGear, loadable_gear
 from fegear.statics.plausibility import plausibility_warnings
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem

@@ -12,26 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.edges import has_edge
-from fegear.contact.loads import (
-    PatchLoad,
-    in_plane_strain,
-    tooth_loads,
-)
+from fegear.contact.loads import PatchLoad, in_plane_strain, tooth_loads
 from fegear.elasticity.body_stress import ToothLoad
 from fegear.files.errors import InputError
 from fegear.rendering.frames import Frame, View
 from fegear.rendering.gear_fields import GearField, PairField
 from fegear.rendering.mesh_scene import MeshScene, RelativePose, Role
-from fegear.rendering.sector_field import (
-    MIRROR,
-    LoadableGear,
-    SectorField,
-)
+from fegear.rendering.sector_field import MIRROR, LoadableGear, SectorField
 from lumped.common.array_types import Array
 from meshes.profile import flank_frame
 
 PLACE_TOL = 1e-5  # of a pitch or of the module, between places by two meshes of a gear
-
 ROLES: tuple[Role, Role] = ("driver", "driven")
 
 OUTLINE = ("tip", "flank", "fillet", "root", "hub")

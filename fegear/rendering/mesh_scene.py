@@ -14,13 +14,10 @@ from fegear.files.errors import InputError
 from fegear.gearset.model import Mesh
 from fegear.gearset.phases import tooth_axis
 from fegear.rendering.frames import Frame, View, turned
-from fegear.rendering.sector_field import (
-    LoadableGear,
-)
+from fegear.rendering.sector_field import LoadableGear
 from lumped.common.array_types import Array
 
 Role = Literal["driver", "driven"]
-
 Zoom = Literal["contact", "tooth", "gear", "set"]
 
 

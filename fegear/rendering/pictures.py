@@ -25,9 +25,7 @@ from fegear.rendering.contact_sequence import (
 from fegear.rendering.extremes import PeaksInView
 from fegear.rendering.fields import ContactField
 from fegear.rendering.frames import View
-from fegear.rendering.gear_set_scene import (
-    GearSetScene,
-)
+from fegear.rendering.gear_set_scene import GearSetScene
 from fegear.rendering.look import RenderStyle, Shown, look_of, palette, picture_aspect
 from fegear.rendering.mesh_scene import MeshScene, Zoom
 from fegear.result import Result

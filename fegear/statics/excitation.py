@@ -23,15 +23,8 @@ from fegear.statics.given_tables import mesh_label
 from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import MeshExcitation
-from lumped.train.excitation_tables import (
-    excitation_from_table,
-    repeat_table,
-)
-from lumped.train.table import (
-    MeshTable,
-    pair_names,
-    pair_teeth,
-)
+from lumped.train.excitation_tables import excitation_from_table, repeat_table
+from lumped.train.table import MeshTable, pair_names, pair_teeth
 
 if TYPE_CHECKING:
     from fegear.statics.mesh_result import StaticsResult

@@ -14,24 +14,15 @@ from fegear.files.errors import InputError
 from fegear.files.printable import printable
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
-from fegear.gearset.pitch_errors import (
-    pair_periods,
-    tooth_pair_errors,
-)
+from fegear.gearset.pitch_errors import pair_periods, tooth_pair_errors
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.unmodified import has_faults
 from fegear.statics.mesh_table_files import read_mesh_table
 from fegear.statics.stiffness_source import StiffnessSource
 from lumped.common.checks import require_fields
 from lumped.train.excitation import MeshExcitation
-from lumped.train.excitation_tables import (
-    excitation_from_table,
-    table_pitches,
-)
-from lumped.train.table import (
-    MeshTable,
-    TableError,
-)
+from lumped.train.excitation_tables import excitation_from_table, table_pitches
+from lumped.train.table import MeshTable, TableError
 
 if TYPE_CHECKING:
     from fegear.statics.settings import StaticsSettings

@@ -5,10 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from fegear.elasticity.material import (
-    Plane,
-    PlaneMaterial,
-)
+from fegear.elasticity.material import Plane, PlaneMaterial
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.gearset.model import Gear
 from fegear.statics.choices import PLANE, RESOLUTION
@@ -39,7 +36,6 @@ RESOLUTIONS: dict[Fineness, Resolution] = {
 }
 
 CORNERS = {True: "on", False: "off"}
-
 BODIES = {
     "held": "held at the hub",
     "free": "free to accelerate, transmission errors of mean rotations",

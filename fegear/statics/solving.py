@@ -26,10 +26,7 @@ from fegear.elasticity.cache import (
     cached_root_influence,
 )
 from fegear.elasticity.flank import FlankCompliance
-from fegear.elasticity.material import (
-    PlaneMaterial,
-    pressure_in_plane,
-)
+from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
 from fegear.elasticity.sector import cyclic_sector
 from fegear.files.errors import InputError
 from fegear.files.timing import recorded_stages, stage

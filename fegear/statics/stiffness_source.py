@@ -6,23 +6,18 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import (
-    pair_periods,
-)
+from fegear.gearset.pitch_errors import pair_periods
 from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range, documented, option
-from lumped.train.excitation_tables import (
-    ReliefStiffness,
-)
+from lumped.train.excitation_tables import ReliefStiffness
 
 if TYPE_CHECKING:
     from fegear.statics.settings import StaticsSettings
 
 
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
-
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 

@@ -18,19 +18,8 @@ from numpy.typing import NDArray
 from fegear.files.data_sets import DataArray, write_data_set
 from fegear.files.errors import InputError
 from fegear.files.excel import Sheet, wrapped, write_excel
-from fegear.files.matlab import (
-    matlab_column,
-    matlab_names,
-    text_cells,
-    write_matlab,
-)
-from fegear.files.output import (
-    HDF5,
-    SINGLE_TABLES,
-    path_of,
-    require_ending,
-    write_text,
-)
+from fegear.files.matlab import matlab_column, matlab_names, text_cells, write_matlab
+from fegear.files.output import HDF5, SINGLE_TABLES, path_of, require_ending, write_text
 from fegear.files.version import package_version
 from fegear.studies.columns import MAIN, meaning_and_unit
 from fegear.studies.saving import Saved, save

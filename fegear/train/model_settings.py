@@ -22,9 +22,7 @@ from lumped.train.path_load_curves import path_load_curves
 from lumped.train.waves import Wave
 
 TorqueOf = Literal["nominal", "input"]
-
 Number = Literal[1, 2, 3, "coupled", "auto"]
-
 SPRING_MODELS = (
     "Lumped model. 1: every tooth pair with its own stiffness and gap; 2: mean mesh "
     "stiffness, excited by the loaded static transmission error; 3: total mesh "
@@ -41,11 +39,8 @@ AUTO_MODEL = (
 )
 
 Bearings = Literal["rolling", "linear"]
-
 BendingRatio = float | Mapping[int, Wave]
-
 LINEAR_ONLY = "the coupled model has linear bearings only"
-
 NO_FRICTION = "the coupled model has no friction"
 
 

@@ -9,11 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
-from lumped.stability.combinations import (
-    Combination,
-    mean_modes,
-    name_of,
-)
+from lumped.stability.combinations import Combination, mean_modes, name_of
 from lumped.stability.multipliers import Method, scale_by_growth, scaled_transition
 from lumped.stability.periodic_system import PeriodicSystem
 

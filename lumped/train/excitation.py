@@ -27,14 +27,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lumped.common.array_types import Array
-from lumped.common.checks import (
-    format_value,
-    is_number,
-    require_fields,
-)
-from lumped.train.waves import (
-    Wave,
-)
+from lumped.common.checks import format_value, is_number, require_fields
+from lumped.train.waves import Wave
 
 
 @dataclass(frozen=True)

@@ -8,9 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.common.array_types import Array
-from lumped.common.checks import (
-    check_arguments,
-)
+from lumped.common.checks import check_arguments
 from lumped.train.excitation import MeshExcitation, PairExcitation, with_pitch_errors
 from lumped.train.table import MeshTable, pair_names, pair_teeth
 from lumped.train.waves import (
@@ -22,13 +20,9 @@ from lumped.train.waves import (
 )
 
 MODELS = (1, 2, 3)
-
 TORQUE_RTOL = 1e-4  # of torques that are typed with five digits
-
 FINITE_ON_PATH = "on the path of contact it must be finite"
-
 STIFFNESS = "stiffness_N_per_m"
-
 ReliefStiffness = Literal["own", "unmodified"]
 
 

@@ -9,13 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from oracles.piecewise import (
-    Disk,
-    PiecewiseTrain,
-    Toothing,
-    march,
-    rectangular_pairs,
-)
+from oracles.piecewise import Disk, PiecewiseTrain, Toothing, march, rectangular_pairs
 
 import lumped
 from lumped import LumpedSystem, MeshTable, Settings, TrainError, pair_errors

@@ -6,12 +6,7 @@ import csv
 import json
 
 import pytest
-from quick_runs import (
-    ILL_CONDITIONED,
-    differences,
-    named_runs,
-    recorded_values,
-)
+from quick_runs import ILL_CONDITIONED, differences, named_runs, recorded_values
 
 from fegear.files.errors import InputError
 from validation.commands.validate.study import Validation

@@ -30,11 +30,7 @@ from lumped.rotors.description import (
 )
 from lumped.rotors.matrices import assemble
 from lumped.rotors.whirl import WhirlProblem
-from validation.programs.comparison import (
-    ComparedValue,
-    recorded_rows,
-    run_comparison,
-)
+from validation.programs.comparison import ComparedValue, recorded_rows, run_comparison
 from validation.programs.exported_pair import Array
 
 TOLERANCE = 0.1  # %

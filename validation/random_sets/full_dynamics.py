@@ -17,11 +17,7 @@ from fegear.gearset.model import GearSet
 from lumped.common.progress import Progress, silent
 from validation.bench.bench_dynamics import COMMON, run, subject, waveform_error
 from validation.random_sets.generator import COUNT, random_gear_set
-from validation.random_sets.measuring import (
-    MORE,
-    highest_resonance,
-    speeds_of,
-)
+from validation.random_sets.measuring import MORE, highest_resonance, speeds_of
 from validation.random_sets.reduced_gears import elastic_gears, reduced_gears
 
 SETS, SPEEDS = 5, 3

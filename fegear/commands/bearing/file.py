@@ -9,10 +9,7 @@ from pydantic import Field, ValidationError, model_validator
 
 from fegear.files.errors import InputError
 from fegear.files.kinds import SIGNS
-from fegear.gearset.bearing_keys import (
-    BallBearingEntry,
-    RollerBearingEntry,
-)
+from fegear.gearset.bearing_keys import BallBearingEntry, RollerBearingEntry
 from fegear.gearset.edit import with_values
 from fegear.gearset.problems import first_problem
 from fegear.gearset.schema import ROLLING_KEYS, Keys, Name

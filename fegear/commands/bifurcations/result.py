@@ -15,10 +15,7 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.trains.headings import edits_in_words
 from fegear.studies.trains.train_problem import TrainFacts
-from lumped.attractors.attractor_sweeps import (
-    AttractorBranch,
-    AttractorInterval,
-)
+from lumped.attractors.attractor_sweeps import AttractorBranch, AttractorInterval
 from lumped.branches.motions import SpeedFamily
 from lumped.figures.attractor_plots import draw_attractors
 from lumped.figures.map_plots import axis_label

@@ -19,10 +19,7 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from lumped.clatter.chaos import correlation_dimension
 from lumped.clatter.gearbox import LooseWheel
-from lumped.clatter.group_runs import (
-    GroupRun,
-    is_superstable,
-)
+from lumped.clatter.group_runs import GroupRun, is_superstable
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.noise_levels import noise_of
 from lumped.common.csv_text import format_exact

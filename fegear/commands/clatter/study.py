@@ -14,12 +14,7 @@ from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import argument, setting
 from fegear.studies.study import PLOT, Study
 from lumped.clatter.gearbox import LooseWheel
-from lumped.clatter.group_runs import (
-    GroupRun,
-    MapKind,
-    run_events,
-    run_map,
-)
+from lumped.clatter.group_runs import GroupRun, MapKind, run_events, run_map
 from lumped.clatter.groups import WheelGroup
 from lumped.clatter.impact_runs import Impacts, State, centred_state, random_state
 from lumped.clatter.maps import MapName

@@ -12,11 +12,7 @@ import numpy as np
 
 from fegear.commands.eccentric.elastic_wheel import ElasticWheel
 from fegear.commands.eccentric.gearing import Gearing
-from fegear.commands.eccentric.gearing_files import (
-    DRAWINGS,
-    FILMS,
-    MESHES,
-)
+from fegear.commands.eccentric.gearing_files import DRAWINGS, FILMS, MESHES
 from fegear.commands.eccentric.result import EccentricResult
 from fegear.commands.eccentric.turn import STEEL, Columns, contact_columns, wheel_meshes
 from fegear.files.errors import InputError

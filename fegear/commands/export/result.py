@@ -15,23 +15,13 @@ from numpy.typing import NDArray
 from fegear.commands.export.fmu import FmuMesh, write_fmu
 from fegear.files.errors import InputError
 from fegear.files.matlab import text_cells, write_matlab
-from fegear.files.output import (
-    FMU,
-    path_of,
-    require_ending,
-    strict_json,
-    write_whole,
-)
+from fegear.files.output import FMU, path_of, require_ending, strict_json, write_whole
 from fegear.files.version import package_version
 from fegear.studies.page import Page, RowTable, cell, number
 from fegear.studies.result import StudyResult
-from fegear.studies.settings import (
-    display_name,
-)
+from fegear.studies.settings import display_name
 from fegear.studies.table import Table
-from fegear.train.loaded_modes import (
-    LinearModel,
-)
+from fegear.train.loaded_modes import LinearModel
 from lumped.common.checks import require_present
 from lumped.train.train import Train
 

@@ -10,9 +10,7 @@ from typing import Literal
 
 from fegear.commands.export.fmu import FmuMesh
 from fegear.commands.export.result import MODELS, ModelExportResult
-from fegear.files.output import (
-    listed,
-)
+from fegear.files.output import listed
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
@@ -20,12 +18,7 @@ from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.problem import Job, Task
-from fegear.studies.settings import (
-    group,
-    refuse_given,
-    setting,
-    setting_of,
-)
+from fegear.studies.settings import group, refuse_given, setting, setting_of
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains.gear_sets import GearSetRef, mesh_index
 from fegear.studies.trains.loads import chosen_torque, torque_setting

@@ -15,18 +15,11 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains.headings import edits_in_words
 from fegear.studies.trains.train_problem import TrainFacts
-from lumped.attractors.attractors import (
-    MAX_NEUTRAL_EXPONENT,
-)
+from lumped.attractors.attractors import MAX_NEUTRAL_EXPONENT
 from lumped.figures.map_plots import draw_map
-from lumped.steady.maps import (
-    ParameterMap,
-    map_columns,
-    map_rows,
-)
+from lumped.steady.maps import ParameterMap, map_columns, map_rows
 
 FORMAT = "lumped parameter map 2"
-
 MAX_REASONS = 3  # why points are impossible, on the screen
 
 

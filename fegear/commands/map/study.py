@@ -44,21 +44,12 @@ from fegear.studies.trains.speeds import (
 from fegear.train.lumped_models import require_method
 from fegear.train.model_settings import LumpedModel
 from lumped.attractors.attractor_sweeps import sweep_attractors
-from lumped.attractors.attractors import (
-    Attractor,
-    find_attractor,
-)
+from lumped.attractors.attractors import Attractor, find_attractor
 from lumped.branches.motions import SpeedFamily
 from lumped.common.csv_text import format_exact
 from lumped.common.workers import NeverStop, Stop, Stopped
 from lumped.steady.integration_settings import Settings
-from lumped.steady.maps import (
-    Axis,
-    Cell,
-    ParameterMap,
-    cell_of,
-    run_map,
-)
+from lumped.steady.maps import Axis, Cell, ParameterMap, cell_of, run_map
 from lumped.steady.respond import respond_confirmed
 from lumped.steady.response import Response
 from lumped.steady.sweep import DIRECTIONS, Direction, sweep

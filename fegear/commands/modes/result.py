@@ -17,11 +17,7 @@ from fegear.studies.trains.model_texts import body_entries, body_modes_warnings
 from fegear.studies.trains.train_problem import bodies_described
 from fegear.train.resonances import default_speeds
 from lumped.train.coordinates import SPRING_KINDS
-from lumped.train.mode_families import (
-    Family,
-    Whirl,
-    multiplicities,
-)
+from lumped.train.mode_families import Family, Whirl, multiplicities
 from lumped.train.modes import MIN_FELT_ENERGY, Modes
 from lumped.train.system import LumpedSystem
 

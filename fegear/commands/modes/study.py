@@ -14,12 +14,7 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.problem import Job, Task
-from fegear.studies.settings import (
-    group,
-    refusal,
-    setting,
-    setting_of,
-)
+from fegear.studies.settings import group, refusal, setting, setting_of
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.studies.trains.loads import chosen_torque, torque_setting
@@ -39,10 +34,7 @@ from fegear.train.loaded_modes import (
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from fegear.train.rotating_frame import frame_warnings, speed_warnings
-from lumped.train.mode_families import (
-    mode_families,
-    whirl_senses,
-)
+from lumped.train.mode_families import mode_families, whirl_senses
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.rotating_frame import RotatingFrameModes, whirl_modes
 from lumped.train.system import LumpedSystem

@@ -19,20 +19,12 @@ from fegear.studies.page import (
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.trains.headings import friction_of_summary
-from fegear.studies.trains.model_texts import (
-    static_line,
-)
+from fegear.studies.trains.model_texts import static_line
 from fegear.studies.trains.responses import UNITS
-from fegear.studies.trains.train_problem import (
-    TrainFacts,
-)
+from fegear.studies.trains.train_problem import TrainFacts
 from lumped.figures.sweeps import draw_time_history
 from lumped.steady.losses import efficiency
-from lumped.steady.motion import (
-    WAVE_LEGEND,
-    TimeHistory,
-    wave_columns,
-)
+from lumped.steady.motion import WAVE_LEGEND, TimeHistory, wave_columns
 from lumped.steady.pair_motions import CONDITIONS
 from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.train.equilibrium import mesh_forces_at_rest

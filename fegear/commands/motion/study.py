@@ -8,12 +8,8 @@ from dataclasses import dataclass
 from fegear.commands.motion.result import MotionResult
 from fegear.studies.problem import Job, Task
 from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
-from fegear.studies.trains.speeds import (
-    with_frequencies,
-)
-from lumped.steady.motion import (
-    time_history,
-)
+from fegear.studies.trains.speeds import with_frequencies
+from lumped.steady.motion import time_history
 from lumped.steady.truncation_check import check_truncation
 
 

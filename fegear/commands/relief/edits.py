@@ -7,15 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from fegear.commands.relief.best_relief import (
-    ReliefProblem,
-    ReliefRange,
-)
-from fegear.commands.relief.objective import (
-    MICRO,
-    ReliefObjective,
-    peak_to_peak,
-)
+from fegear.commands.relief.best_relief import ReliefProblem, ReliefRange
+from fegear.commands.relief.objective import MICRO, ReliefObjective, peak_to_peak
 from fegear.commands.relief.vibration import VibrationBest
 from fegear.gearset.modifications import ReliefShape
 from lumped.common.array_types import Array

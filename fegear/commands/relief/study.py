@@ -26,11 +26,7 @@ from fegear.commands.relief.edits import (
     vibration_entries,
 )
 from fegear.commands.relief.front import relief_front
-from fegear.commands.relief.objective import (
-    MICRO,
-    Objective,
-    ReliefObjective,
-)
+from fegear.commands.relief.objective import MICRO, Objective, ReliefObjective
 from fegear.commands.relief.result import ReliefResult
 from fegear.commands.relief.tolerance import tolerance_band
 from fegear.commands.relief.vibration import VibrationBest, VibrationSearch

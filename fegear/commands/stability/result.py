@@ -15,9 +15,7 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.trains.headings import friction_in_words
 from fegear.studies.trains.model_texts import BENDING as RATIO
-from fegear.studies.trains.parametric import (
-    FRICTION,
-)
+from fegear.studies.trains.parametric import FRICTION
 from fegear.studies.trains.train_problem import TrainFacts
 from lumped.figures.map_plots import axis_label
 from lumped.figures.stability import draw_chart
@@ -28,7 +26,6 @@ if TYPE_CHECKING:
 
 
 MAX_SHOWN = 12  # intervals on the screen
-
 LEGEND = MESH_FREQUENCY, "floquet_max", "kind"
 
 

@@ -58,7 +58,6 @@ DROP_COLUMNS: Columns = {
 }
 
 DROP_TITLE = "Mesh stiffness against that of the same gears without faults"
-
 STRESS_TITLE = (
     "Contact pressure in plane strain without tip corners and kinks, root stress and "
     "loss factor"

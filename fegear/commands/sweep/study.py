@@ -31,9 +31,7 @@ from fegear.studies.trains.models import (
     tables_setting,
 )
 from fegear.studies.trains.responses import ResponsesResult, sweep_warnings
-from fegear.studies.trains.speeds import (
-    with_frequencies,
-)
+from fegear.studies.trains.speeds import with_frequencies
 from fegear.studies.trains.swept_speeds import SweptSpeeds, unbegun
 from fegear.studies.trains.train_problem import (
     TrainFacts,

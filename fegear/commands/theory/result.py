@@ -18,11 +18,7 @@ from fegear.studies.table import Table
 from fegear.studies.trains.headings import first_frequencies
 from fegear.studies.trains.train_problem import TrainFacts
 from fegear.train.resonances import natural_frequencies
-from lumped.closed_forms import (
-    ParametricSystem,
-    Prediction,
-    phase_extremes,
-)
+from lumped.closed_forms import ParametricSystem, Prediction, phase_extremes
 from lumped.common.csv_text import format_exact
 from lumped.train.system import LumpedSystem
 

@@ -8,26 +8,20 @@ from functools import cached_property, partial
 from math import sqrt
 from typing import Any
 
-from fegear.commands.tolerances.bands import (
-    QUANTILE_STDERR,
-    ToleranceBands,
-)
+from fegear.commands.tolerances.bands import QUANTILE_STDERR, ToleranceBands
 from fegear.commands.tolerances.deviations import (
     LIMIT_OVER_STD,
     MEAN_STIFFNESS,
     PEAK_TO_PEAK,
 )
 from fegear.commands.tolerances.figure import draw_tolerances
-from fegear.commands.tolerances.grades import (
-    UM,
-)
+from fegear.commands.tolerances.grades import UM
 from fegear.files.codes import with_code
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 
 MAX_BAND_ERROR = 0.1  # of the first order, above which a warning follows
-
 SCALES = {  # and names on the screen
     MEAN_STIFFNESS: (1e-8, "mean k [1e8 N/m]"),
     PEAK_TO_PEAK: (1e6, "STE p-p [um]"),

@@ -22,10 +22,7 @@ from fegear.commands.tolerances.deviations import (
     Distribution,
     ToleranceProblem,
 )
-from fegear.commands.tolerances.grades import (
-    UM,
-    tolerances_of_pair,
-)
+from fegear.commands.tolerances.grades import UM, tolerances_of_pair
 from fegear.commands.tolerances.result import TolerancesResult
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet

@@ -13,12 +13,7 @@ from fegear.figures.interactive.coordinates import (
     joined,
     outlines,
 )
-from fegear.figures.interactive.elements import (
-    Elements,
-    hover_text,
-    label_of,
-    trace,
-)
+from fegear.figures.interactive.elements import Elements, hover_text, label_of, trace
 from fegear.figures.interactive.patches import area, closed, hatch_pattern
 from fegear.figures.interactive.styles import (
     SYMBOLS,

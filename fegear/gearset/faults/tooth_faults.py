@@ -13,11 +13,7 @@ from dataclasses import dataclass, fields
 from typing import Literal, get_args
 
 from fegear.files.errors import InputError
-from fegear.gearset.field_checks import (
-    require_fields,
-    require_positive,
-    require_within,
-)
+from fegear.gearset.field_checks import require_fields, require_positive, require_within
 from fegear.gearset.modifications import FlankProfile
 from meshes.crack import Crack
 

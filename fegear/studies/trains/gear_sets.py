@@ -18,12 +18,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import files_of_gear_set
 from fegear.studies.page import pluralize
-from fegear.studies.settings import (
-    argument,
-    display_name,
-    require_settings,
-    setting,
-)
+from fegear.studies.settings import argument, display_name, require_settings, setting
 
 
 @dataclass(frozen=True, kw_only=True)

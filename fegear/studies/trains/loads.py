@@ -9,15 +9,11 @@ from fegear.files.errors import InputError
 from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
-from fegear.studies.settings import (
-    setting,
-)
+from fegear.studies.settings import setting
 from lumped.steady.maps import Axis
 
 MIN_TORQUE = 1e-6  # N m, less is lost in round-off
-
 LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
-
 DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
 
 

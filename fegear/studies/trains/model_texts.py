@@ -19,11 +19,8 @@ from lumped.train.system import LumpedSystem
 from lumped.train.truncation import MAX_ERROR
 
 BENDING = "friction-bending ratio"  # entries of the header of a file
-
 TURNED = "direction of friction"  # where vibration can turn it
-
 TORQUE_OF = "torque"  # where it is that of the input gear with friction
-
 LEAVES_OUT = {  # of what the coupled model has
     1: "stiffening with load, deflection of tooth pairs by each other and vibration of "
     "the gears' bodies",

@@ -7,13 +7,7 @@ from typing import Any, get_args
 
 from fegear.statics.mesh_table_files import TABLE_FILE
 from fegear.statics.stiffness_source import StiffnessSource
-from fegear.studies.settings import (
-    Setting,
-    SettingsGroup,
-    expose,
-    group,
-    setting,
-)
+from fegear.studies.settings import Setting, SettingsGroup, expose, group, setting
 from fegear.train.model_settings import SPRING_MODELS, LumpedModel, Number
 from lumped.steady.integration_settings import Settings
 

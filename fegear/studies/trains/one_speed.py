@@ -27,11 +27,7 @@ from fegear.studies.trains.models import (
     lumped_model,
     tables_setting,
 )
-from fegear.studies.trains.speeds import (
-    FREQUENCY,
-    refuse_both,
-    rpm_setting,
-)
+from fegear.studies.trains.speeds import FREQUENCY, refuse_both, rpm_setting
 from fegear.studies.trains.train_problem import (
     TrainFacts,
     TrainProblem,
@@ -46,10 +42,7 @@ from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact
 from lumped.steady.integration_settings import Settings
-from lumped.steady.motion import (
-    speeds_between,
-    sweep_to_speed,
-)
+from lumped.steady.motion import speeds_between, sweep_to_speed
 from lumped.steady.response import Response
 from lumped.steady.sweep import Observer, reporting_observer
 from lumped.steady.truncation_check import TruncationCheck

@@ -9,19 +9,12 @@ from typing import Any, TypeVar
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import parsed_speeds, written_speeds
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
-from fegear.studies.settings import (
-    display_name,
-    exposed_fields,
-    group_of,
-    setting,
-)
+from fegear.studies.settings import display_name, exposed_fields, group_of, setting
 from fegear.studies.trains.axes import limits_or_single, written_limits
 from lumped.common.options import Range
 
 Study = TypeVar("Study", bound=Any)
-
 FREQUENCY = Range(above=0.0, below=1e9, unit="Hz")
-
 RPM = Range(above=0.0, below=1e9, unit="rpm")
 
 

@@ -9,11 +9,7 @@ from typing import Literal
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import written_speeds
 from fegear.studies.settings import display_name, setting
-from fegear.studies.trains.speeds import (
-    refuse_both,
-    rpms_setting,
-    speeds_setting,
-)
+from fegear.studies.trains.speeds import refuse_both, rpms_setting, speeds_setting
 from lumped.steady.sweep import DIRECTIONS, Branch, Direction
 from lumped.train.system import LumpedSystem
 

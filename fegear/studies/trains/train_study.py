@@ -6,11 +6,7 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 from fegear.files.errors import InputError
-from fegear.studies.settings import (
-    exposed_fields,
-    group_of,
-    refusal,
-)
+from fegear.studies.settings import exposed_fields, group_of, refusal
 from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.studies.trains.models import TABLES
 from fegear.train.model_settings import LumpedModel

@@ -9,12 +9,7 @@ import numpy as np
 import pytest
 
 from fegear.cli import run
-from fegear.contact.edges import (
-    edge_pairs,
-    edge_positions,
-    finite_pressures,
-    has_edge,
-)
+from fegear.contact.edges import edge_pairs, edge_positions, finite_pressures, has_edge
 from fegear.contact.loads import patch_loads
 from fegear.contact.problem import corner_positions
 from fegear.gearset import load_gear_set

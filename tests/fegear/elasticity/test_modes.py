@@ -13,21 +13,10 @@ import pytest
 from oracles.thick_ring_modes import ThickRing, frequencies
 from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
-from whole_gear import (
-    COARSE,
-    DENSITY,
-    STEEL,
-    WholeGear,
-    same_frequency,
-    small_gear,
-)
+from whole_gear import COARSE, DENSITY, STEEL, WholeGear, same_frequency, small_gear
 
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
-from fegear.elasticity.gear_modes import (
-    cyclic_modes,
-    gear_modes,
-    mode_counts,
-)
+from fegear.elasticity.gear_modes import cyclic_modes, gear_modes, mode_counts
 from fegear.elasticity.ring import nodal_diameter_phase
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from meshes import MeshSize, SectorMesh, sector_mesh

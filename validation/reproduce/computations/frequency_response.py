@@ -31,13 +31,7 @@ from lumped.continuation.bifurcations import (
 from lumped.steady.jumps import find_jumps, find_peaks, opposite_branches
 from lumped.steady.response import Status
 from lumped.steady.sweep import Branch, Direction
-from validation.reproduce.parts import (
-    Curve,
-    Harmonics,
-    Part,
-    PartResult,
-    Style,
-)
+from validation.reproduce.parts import Curve, Harmonics, Part, PartResult, Style
 from validation.reproduce.scene import Scene
 from validation.study.data_files import Number, Speeds, few_speeds, parsed_speeds
 

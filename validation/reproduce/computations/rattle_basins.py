@@ -20,12 +20,7 @@ from lumped.rattle.attractors import (
     classify_attractors,
 )
 from lumped.rattle.machine import Machine
-from lumped.rattle.manifolds import (
-    Fineness,
-    grazing_curve,
-    grow_manifolds,
-    saddles,
-)
+from lumped.rattle.manifolds import Fineness, grazing_curve, grow_manifolds, saddles
 from lumped.rattle.orbits import Orbit, find_orbits
 from lumped.rattle.return_map import follow, iterate_map_points
 from validation.reproduce.machine_scene import MachineScene

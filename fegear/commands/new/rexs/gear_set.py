@@ -11,11 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from fegear.commands.new.rexs.components import Component, RexsModel
-from fegear.commands.new.rexs.geometry import (
-    center_line,
-    diameter_at,
-    root_of_tool,
-)
+from fegear.commands.new.rexs.geometry import center_line, diameter_at, root_of_tool
 from fegear.commands.new.rexs.left_out import parts_left_out, speeds_left_out
 from fegear.commands.new.rexs.planetary import PlanetaryStage, planetary_stage
 from fegear.commands.new.rexs.stages import (

@@ -21,10 +21,7 @@ from fegear.commands.relief.best_relief import (
     starting_designs,
     without_idle_reliefs,
 )
-from fegear.commands.relief.objective import (
-    ReliefObjective,
-    peak_to_peak,
-)
+from fegear.commands.relief.objective import ReliefObjective, peak_to_peak
 from fegear.contact.cycle import TORQUE
 from fegear.contact.kernel_runs import solve_pairs
 from fegear.contact.solve import candidate_pairs, solve_cycle

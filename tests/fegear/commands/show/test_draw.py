@@ -11,10 +11,7 @@ import pytest
 from drawn_figures import axis_labels, saved_figures
 
 import fegear
-from fegear.commands.show.gear_set_figure import (
-    gear_outline,
-    line_of_action,
-)
+from fegear.commands.show.gear_set_figure import gear_outline, line_of_action
 from fegear.gearset import GearSet, builtin_names, load_gear_set, read_gear_set
 from fegear.gearset.placing import layout
 
