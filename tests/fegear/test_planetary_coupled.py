@@ -8,7 +8,8 @@ import pytest
 import fegear
 from fegear.gearset import load_gear_set
 from fegear.gearset.lumped_train import train_of
-from fegear.train.lumped_models import StiffnessSource, lumped_system
+from fegear.statics.stiffness_source import StiffnessSource
+from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import load_sharing

@@ -10,7 +10,7 @@ import pytest
 from numba import njit
 
 import fegear
-from fegear.contact import solve as contact
+from fegear.contact import kernel_runs as contact
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank_grid import beyond_first, point_arc

@@ -10,11 +10,12 @@ from conftest import SMALL_HUBS
 from fegear.contact.loads import patch_loads
 from fegear.contact.solve import solve_cycle
 from fegear.gearset import load_gear_set
-from fegear.rendering.fields import contact_field, flank_frame, mesh_scene
+from fegear.rendering.fields import contact_field, mesh_scene
 from fegear.rendering.mesh_scene import MeshScene
 from fegear.rendering.motion_field import instant_field, pair_load
 from fegear.rendering.recorded import Instant, mesh_motion, read_history
 from fegear.statics.settings import StaticsSettings
+from meshes.profile import flank_frame
 
 TORQUE = 100.0  # N m
 

@@ -16,8 +16,8 @@ from fegear.gearset.planetary.members import MEMBERS
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
+from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.trains.gear_sets import GearSetRef
-from fegear.train.lumped_models import StiffnessSource
 from fegear.train.model_settings import LumpedModel
 
 SET = "planetary-24-36-96"

@@ -262,7 +262,7 @@ def test_strongest_colours_are_at_the_contact_and_in_the_loaded_fillets(scene):
 def test_first_frame_of_a_film_has_the_pressure_at_the_contact(
     scene, tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("fegear.rendering.pictures.COLOUR_SCALE_POSITIONS", 1)
+    monkeypatch.setattr("fegear.rendering.contact_sequence.COLOUR_SCALE_POSITIONS", 1)
     film = tmp_path / "cycle.mp4"
     run("--field", "pressure", "--frames", "2", "--torque", "100", "-o", str(film))
     metadata, frames = mp4_frames(film)
