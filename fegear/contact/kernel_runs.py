@@ -21,7 +21,6 @@ from lumped.common.array_types import Array, Indices
 if TYPE_CHECKING:
     from fegear.contact.cycle import Constants, Workspace
 
-
 # of the sine by which a corner's force is turned from its flank's normal: up to there
 # what teeth yield toward the root under loads toward it is 1e-4 of their deflection
 MAX_TURN_SQUARED = 1e-3

@@ -13,13 +13,9 @@ from fegear.gearset.model import Gear, GearSet
 from fegear.statics.settings import StaticsSettings
 
 CUTOFF_FACTOR = 7.0  # of the highest mesh frequency, whose modes are looked at
-
-
-cached_gear_modes = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
-
-
 # times the rate of shear waves along the tip circle: lower modes are looked at
 SHEAR_WAVE_FACTOR = 3.0
+cached_gear_modes = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
 
 
 def modes_of(

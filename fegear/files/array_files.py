@@ -1,4 +1,8 @@
-"""Arrays in files with a digest, and as bytes."""
+"""Arrays in files with a digest, and as bytes.
+
+Arrays that take long to compute are kept in files named after a digest of what
+determines them. Processes may share them: files appear whole by renaming.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +23,6 @@ from fegear.files.output import make_directory, write_whole
 Array = NDArray[Any]
 NUMBERS = "biufc"  # kinds of arrays that are saved without pickle
 SEAL_SIZE = hashlib.sha256().digest_size
-
-
 # NumPy reads the headers of arrays with `ast`, which in CPython 3.11 fails now and then
 # where several threads do so at once (python/cpython#106905)
 _ONE_READER = threading.Lock()

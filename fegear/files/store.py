@@ -1,9 +1,7 @@
 """Results on disk, which are trusted only if they match their inputs and are whole.
 
 A checkpoint holds the finished speeds of a long run in an SQLite file, a transaction
-for each, so that a killed run loses at most one. Arrays that take long to compute are
-kept in files named after a digest of what determines them. Both may be shared by
-processes: a checkpoint refuses the second, files appear whole by renaming.
+for each, so that a killed run loses at most one. It refuses a second process.
 """
 
 from __future__ import annotations

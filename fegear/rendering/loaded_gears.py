@@ -24,7 +24,6 @@ from meshes.profile import flank_frame
 
 PLACE_TOL = 1e-5  # of a pitch or of the module, between places by two meshes of a gear
 ROLES: tuple[Role, Role] = ("driver", "driven")
-
 OUTLINE = ("tip", "flank", "fillet", "root", "hub")
 
 

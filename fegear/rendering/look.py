@@ -22,7 +22,7 @@ ARROW = 0.11  # length of the largest mesh force over the view's half
 ARROW_WIDTH, HEAD_WIDTH, HEAD_LENGTH = 0.05, 0.22, 0.35  # over that length
 DRAWN_MOTION = 0.02  # the largest motion over the view's height
 LARGEST_MOTION = 0.06  # modules of drawn motion, so that teeth stay in their gaps
-CUT = 1.25  # of the ribbon, over the height of `Look.pressure`
+CUT = 1.25  # of the ribbon, over the height of `RenderStyle.pressure`
 BODY, RIBBON_COLOUR, INK = "#d5dbe1", "#d01c8b", "#202020"
 
 

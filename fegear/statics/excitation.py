@@ -12,6 +12,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults, without_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
+from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import (
     mesh_errors,
     tooth_pair_errors,
@@ -19,7 +20,6 @@ from fegear.gearset.pitch_errors import (
 )
 from fegear.gearset.unmodified import has_faults, unmodified, without_relief
 from fegear.statics.gap_points import gap_points
-from fegear.statics.given_tables import mesh_label
 from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import MeshExcitation
@@ -89,7 +89,7 @@ class Excitations:
         flanks = spec.flanks
         settings = self.source.statics_of(gear_set, mesh)
         settings = replace(settings, positions=positions or settings.positions)
-        place = mesh_label(gear_set, mesh) if has_faults(gear_set, mesh) else None
+        place = _place_of(gear_set, mesh) if has_faults(gear_set, mesh) else None
         key = (spec.pair, gears, flanks, errors, torque, settings.positions, place)
         result = self._results.pop(key, None)
         if result is None:
@@ -241,3 +241,9 @@ def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:
         nominal_stiffness = tables[0].get(k, np.zeros_like(wide[name]))
         columns[name] = np.maximum(nominal_stiffness, peaks[0] / peaks[1] * wide[name])
     return MeshTable(nominal.torque_Nm, nominal.position, columns, wide.header)
+
+
+def _place_of(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
+    """On what it depends in a set which faulty teeth meet, and where centres are."""
+    phases = (phase.value for phase in mesh_phases(gear_set))
+    return mesh, tuple(phases), tuple(one.direction for one in gear_set.meshes)

@@ -13,7 +13,6 @@ from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.printable import printable
 from fegear.gearset.model import GearSet
-from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import pair_periods, tooth_pair_errors
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.unmodified import has_faults
@@ -26,7 +25,6 @@ from lumped.train.table import MeshTable, TableError
 
 if TYPE_CHECKING:
     from fegear.statics.settings import StaticsSettings
-
 
 MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
 
@@ -66,7 +64,7 @@ class GivenTables:
             raise InputError(f"{name}: {error}") from None
 
 
-def table_warnings(
+def given_table_warnings(
     stiffness: StiffnessSource | GivenTables, gear_set: GearSet, torque: float
 ) -> Iterator[str]:
     """A line for each mesh table whose torque or friction is not that of the run.
@@ -175,9 +173,3 @@ def _require_all_pairs(gear_set: GearSet, mesh: int, table: MeshTable) -> None:
             f"{pairs} for their {cause}, a table over all of them is needed, or a "
             f"gear set without {keys}"
         )
-
-
-def mesh_label(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
-    """On what it depends in a set which faulty teeth meet, and where centres are."""
-    phases = (phase.value for phase in mesh_phases(gear_set))
-    return mesh, tuple(phases), tuple(one.direction for one in gear_set.meshes)

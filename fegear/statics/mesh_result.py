@@ -24,7 +24,6 @@ from meshes import GearPair
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-
 ERROR_FACTOR = 3.5  # estimated error over the change against a coarser resolution
 ROOT_ERROR_FACTOR = 2.0  # the same of the root stress
 

@@ -16,7 +16,6 @@ from lumped.train.excitation_tables import ReliefStiffness
 if TYPE_CHECKING:
     from fegear.statics.settings import StaticsSettings
 
-
 Kind = Literal["fe", "rectangular", "trapezoid", "fourier"]
 LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 

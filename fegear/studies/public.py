@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fegear.studies.registry import commands
+from fegear.studies.registry import commands, public_names
 
 # what is loaded when it is first asked for, so that `import fegear` is cheap
 HOMES = {
@@ -23,12 +23,10 @@ HOMES = {
     "solve_mesh": "fegear.statics.solving",
     "solve_stress": "fegear.rendering.pictures",
     "run": "fegear.studies.running",
-    "to_opentorsion": "fegear.commands.export.other_programs",
-    "to_ross": "fegear.commands.export.other_programs",
 }
 
 
 def public_homes() -> dict[str, str]:
     """Modules of all public names, studies of other packages among them."""
     studies = {command.study: command.module for command in commands().values()}
-    return HOMES | studies
+    return HOMES | public_names() | studies

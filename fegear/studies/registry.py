@@ -7,6 +7,8 @@ are loaded when they are asked for.
     COMMANDS = (
         Command("wear", "Wear of flanks.", __name__, "FlankWear", section="Statics"),
     )
+
+`PUBLIC` has the modules of what `fegear` offers of it besides the classes of studies.
 """
 
 from __future__ import annotations
@@ -79,7 +81,7 @@ def add_root(package: str) -> None:
     """Add the folders of another package to the commands."""
     if package not in _ROOTS:
         _ROOTS.append(package)
-        for cached in (folders, groups, commands):
+        for cached in (folders, public_names, groups, commands):
             cached.cache_clear()
 
 
@@ -102,6 +104,16 @@ def packages() -> frozenset[str]:
 def _entries() -> Iterator[Command | Group]:
     for folder in folders():
         yield from folder.COMMANDS
+
+
+@cache
+def public_names() -> dict[str, str]:
+    """Modules by the public names that folders have besides their studies."""
+    return {
+        name: module
+        for folder in folders()
+        for name, module in getattr(folder, "PUBLIC", {}).items()
+    }
 
 
 @cache

@@ -27,7 +27,7 @@ from fegear.files.version import package_version
 from fegear.result import Result
 from fegear.studies.columns import MAIN, meaning_and_unit
 from fegear.studies.page import ColumnTable, Page, RowTable
-from fegear.studies.registry import packages
+from fegear.studies.registry import commands, packages
 from fegear.studies.table import Table, Tabled, tables_of
 
 FORMAT = "fegear result 3"
@@ -137,6 +137,9 @@ def load(path: str | Path) -> Any:
     attributes, variables = read_netcdf(target)
     if attributes.get("format") != FORMAT:
         raise InputError(f"{target}: is no result that was saved")
+    command = attributes.get("command", "")
+    if command not in commands():
+        raise InputError(f"{target}: is a result of fegear {command}, which is missing")
     try:
         tree = json.loads(attributes["result"])
         arrays = list(_split(tree["arrays"], variables))

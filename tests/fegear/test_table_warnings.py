@@ -9,7 +9,11 @@ import pytest
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
-from fegear.statics.given_tables import GivenTables, read_mesh_tables, table_warnings
+from fegear.statics.given_tables import (
+    GivenTables,
+    given_table_warnings,
+    read_mesh_tables,
+)
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
 from fegear.statics.stiffness_source import StiffnessSource
@@ -31,7 +35,7 @@ def tables(*of_meshes):
 
 
 def lines(mesh_tables, torque):
-    return list(table_warnings(mesh_tables, IDLER, torque))
+    return list(given_table_warnings(mesh_tables, IDLER, torque))
 
 
 def test_a_single_torque_serves_within_a_factor():
@@ -57,9 +61,9 @@ def test_a_table_with_friction_is_named():
         solve_mesh(pair, 0, [100.0], replace(SETTINGS, friction=mu)).table
         for mu in (0.05, 0.0)
     )
-    (line,) = table_warnings(tables(rubbed), pair, 100.0)
+    (line,) = given_table_warnings(tables(rubbed), pair, 100.0)
     assert line.startswith("1.csv: a mesh table with friction coefficient 0.05")
-    assert list(table_warnings(tables(smooth), pair, 100.0)) == []
+    assert list(given_table_warnings(tables(smooth), pair, 100.0)) == []
     unknown = hand_table(100.0, header={"friction coefficient": "high"})
     assert "coefficient high" in lines(tables(unknown, hand_table(140.0)), 100.0)[0]
 

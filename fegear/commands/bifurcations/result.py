@@ -23,7 +23,6 @@ from lumped.figures.map_plots import axis_label
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-
 COLUMNS = (
     *("direction", "mesh", "section", "dte_m", "dte_rate_m_per_s", "motion"),
     *("period_multiple", "lyapunov_per_period", "lyapunov_stderr_per_period"),

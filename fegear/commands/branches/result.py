@@ -26,12 +26,8 @@ from lumped.figures.branches import draw_branches
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-
 SCHEME = "harmonic balance"
-
-
 STEPPED = "fixed points of the map over a period"
-
 
 COLUMNS = (
     *(MESH_FREQUENCY, "mesh", "dte_rms_m", "dte_peak_m"),

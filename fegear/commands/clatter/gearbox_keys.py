@@ -76,7 +76,7 @@ class ExcitationKeys(Keys):
 
 
 class WheelKeys(Keys):
-    """A table [[wheel]]; see `lumped.clatter.gearbox.Wheel`."""
+    """A table [[wheel]]; see `LooseWheel`."""
 
     name: Name = Field(description="Name of the wheel.")
     driver: str | None = Field(

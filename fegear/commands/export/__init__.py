@@ -12,3 +12,4 @@ COMMANDS = (
         place=130,
     ),
 )
+PUBLIC = dict.fromkeys(("to_opentorsion", "to_ross"), f"{__name__}.other_programs")

@@ -319,7 +319,7 @@ def parameters(machine: Machine) -> dict[str, float | None]:
 
 
 def header_of(figures: Mapping[str, float | None]) -> dict[str, str]:
-    """Figures of `figures_of` as the header of a table says them."""
+    """Parameters of a machine as the header of a table says them."""
     return {k: "impacts" if v is None else format_exact(v) for k, v in figures.items()}
 
 

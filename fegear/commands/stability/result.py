@@ -24,7 +24,6 @@ from lumped.stability.intervals import Interval, StabilityScan
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-
 MAX_SHOWN = 12  # intervals on the screen
 LEGEND = MESH_FREQUENCY, "floquet_max", "kind"
 

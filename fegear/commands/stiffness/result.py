@@ -90,6 +90,11 @@ TIP_TITLE = "Tips of cracks where their energy release rate is largest"
 
 @dataclass(frozen=True, eq=False, repr=False)
 class StiffnessResult(StudyResult):
+    """A mesh table with what its gears are warned of.
+
+    healthy : the table of the same gears without faults, None where they have none
+    """
+
     study: Any
     gear_set: str
     solved: StaticsResult

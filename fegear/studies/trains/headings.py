@@ -41,7 +41,7 @@ def friction_in_words(
 ) -> str:
     """For a title or a line, empty without friction.
 
-    sliding, torque : as by `sliding_of` and `torque_of`
+    sliding, torque : `sliding` and `torque_of` of the model
     """
     if not coefficient:
         return ""

@@ -15,7 +15,7 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.statics.given_tables import read_mesh_tables, table_warnings
+from fegear.statics.given_tables import given_table_warnings, read_mesh_tables
 from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.problem import Problem
 from fegear.studies.settings import display_name, group_of, options_of, refuse_given
@@ -206,7 +206,7 @@ class TrainProblem(Problem):
             yield from frame_warnings(system.train)
             yield from left_out_warnings(system, speeds)
         for torque in systems:
-            yield from table_warnings(self.model.stiffness, self.gears, torque)
+            yield from given_table_warnings(self.model.stiffness, self.gears, torque)
         yield from static_warnings(systems)
 
 

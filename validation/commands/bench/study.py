@@ -20,17 +20,6 @@ from fegear.studies.study import Study
 from fegear.studies.trains.loads import chosen_torque, torque_setting
 from lumped.common.options import Range
 from lumped.common.progress import Progress
-from validation.bench import (
-    bench_branches,
-    bench_clatter,
-    bench_commands,
-    bench_dynamics,
-    bench_eccentric,
-    bench_growth,
-    bench_lumped,
-    bench_stability,
-    bench_stiffness,
-)
 from validation.bench.benchmark import (
     POINTS,
     QUICK,
@@ -79,6 +68,8 @@ class StiffnessBenchmark(
     torque: float = setting(TORQUE, "Torque on the driving gear of mesh 1 [N\u00a0m].")
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_stiffness
+
         gears = load_gear_set(self.name)
         load = chosen_torque(gears, self.torque, mesh=1)
         return bench_stiffness.measure(
@@ -101,6 +92,8 @@ class DynamicsBenchmark(
     torque: float | None = torque_setting()
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_dynamics
+
         gears, load = loaded(self)
         return bench_dynamics.measure(
             gears, load, report, sizes=self.sizes_of(bench_dynamics)
@@ -150,6 +143,8 @@ class LumpedBenchmark(
         yield Task("lumped", self._tried if self.stress else self._measured)
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_lumped
+
         return bench_lumped.measure(
             *loaded(self), self.damping, report, sizes=self.sizes_of(bench_lumped)
         )
@@ -213,6 +208,8 @@ class BranchesBenchmark(
     damping: float | None = damping_setting()
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_branches
+
         return bench_branches.measure(
             *loaded(self), self.damping, report, sizes=self.sizes_of(bench_branches)
         )
@@ -233,6 +230,8 @@ class StabilityBenchmark(
     torque: float | None = torque_setting()
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_stability
+
         _, load = loaded(self)
         return bench_stability.measure(
             self.name, load, report, sizes=self.sizes_of(bench_stability)
@@ -248,6 +247,8 @@ class EccentricBenchmark(
     output = f"{FOLDER} [default: bench-eccentric]"
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_eccentric
+
         return bench_eccentric.measure(report, sizes=self.sizes_of(bench_eccentric))
 
 
@@ -260,6 +261,8 @@ class ClatterBenchmark(
     output = f"{FOLDER} [default: bench-clatter]"
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_clatter
+
         return bench_clatter.measure(report, sizes=self.sizes_of(bench_clatter))
 
 
@@ -272,6 +275,8 @@ class GrowthBenchmark(
     output = f"{FOLDER} [default: bench-growth]"
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_growth
+
         return bench_growth.measure(report, sizes=self.sizes_of(bench_growth))
 
 
@@ -289,6 +294,8 @@ class CommandsBenchmark(
     )
 
     def measured(self, report: Progress) -> Benchmark:
+        from validation.bench import bench_commands
+
         return bench_commands.measure(report, sizes=self.sizes_of(bench_commands))
 
 
