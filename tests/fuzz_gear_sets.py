@@ -572,6 +572,8 @@ BASE = {
     ),
     "clatter": ("BOX --seconds 0.2", 5),
 }
+# without options that take a value, or minutes for one run
+NOT_FUZZED = {"explain", "keys", "new", "reproduce", "warmup"}
 MACHINES = "roots-scaled", "roots-a", "roots-a-sprung", "roots-a-absorber"
 
 

@@ -11,7 +11,7 @@ from source_files import ROOT, parsed
 PAGE = (ROOT / "CONTRIBUTING.md").read_text("utf-8")
 PATHS = sorted(set(re.findall(r"`((?:[\w.]+/)+[\w.]*)`", PAGE)))
 NAMES = sorted(set(re.findall(r"`([a-z]+(?:_[a-z]+)+|[A-Z]\w+)`", PAGE)))
-PACKAGES = "meshes", "lumped", "fegear", "validation"
+PACKAGES = "meshes", "lumped", "fegear", "validation", "tests"
 
 
 def definitions() -> Iterator[str]:
@@ -39,3 +39,22 @@ def test_files_are_there():
 
 def test_names_are_defined():
     assert set(NAMES) - set(definitions()) == set()
+
+
+def test_names_are_in_the_files_that_are_said():
+    """`NAME`, `file` and `NAME` in or of `file`: the file defines it."""
+    pair = re.compile(r"`(\w+)`(?:,| in| of)\s+`((?:[\w.]+/)+\w+\.py)`")
+    said = pair.findall(PAGE)
+    assert len(said) > 15
+    assert [
+        (name, path)
+        for name, path in said
+        if name not in set(_defined_in(parsed(ROOT / path)))
+    ] == []
+
+
+def _defined_in(module: ast.Module) -> Iterator[str]:
+    for node in ast.walk(module):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            yield node.name
+    yield from _assigned(module)
