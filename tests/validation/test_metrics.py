@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from lumped.steady.jumps import Jump, Peak
 from lumped.steady.response import History
 from validation.study import metrics as m
+from validation.study.cycle_metrics import force_cycle, match_cycles
 
 SPEEDS = np.arange(1000.0, 2000.0, 20.0)
 
@@ -188,7 +189,7 @@ WAVE = np.sin(2 * np.pi * PARTS) + 0.4 * np.cos(6 * np.pi * PARTS + 1.0)
 def test_shift_of_a_wave_is_its_phase(late):
     at = (PARTS - late) % 1.0
     later = np.sin(2 * np.pi * at) + 0.4 * np.cos(6 * np.pi * at + 1.0)
-    match = m.match_cycles(WAVE, later)
+    match = match_cycles(WAVE, later)
     assert match.phase == pytest.approx(late, abs=1e-3)
     assert match.peak == pytest.approx(0.0, abs=1e-3)
     assert (
@@ -197,26 +198,26 @@ def test_shift_of_a_wave_is_its_phase(late):
 
 
 def test_scale_and_mean_leave_correlation_and_phase():
-    match = m.match_cycles(WAVE + 5.0, 2.0 * (WAVE + 5.0))
+    match = match_cycles(WAVE + 5.0, 2.0 * (WAVE + 5.0))
     assert match.correlation == pytest.approx(1.0)
     assert match.phase == pytest.approx(0.0, abs=1e-9)
     assert match.peak == pytest.approx(1.0)
-    assert m.match_cycles(WAVE, -WAVE).correlation == pytest.approx(-1.0)
+    assert match_cycles(WAVE, -WAVE).correlation == pytest.approx(-1.0)
 
 
 def test_waves_that_do_not_vary_have_no_correlation():
-    match = m.match_cycles(np.ones(8), np.arange(8.0))
+    match = match_cycles(np.ones(8), np.arange(8.0))
     assert math.isnan(match.correlation)
     assert math.isnan(match.phase)
     with pytest.raises(ValueError, match="one shape"):
-        m.match_cycles(np.ones(8), np.ones(9))
+        match_cycles(np.ones(8), np.ones(9))
 
 
 def test_a_cycle_is_the_first_of_the_record_on_even_times():
     time = np.concatenate([np.linspace(0.0, 0.3, 40), np.linspace(0.31, 2.0, 300)])
     force = np.stack([np.zeros(time.size), np.sin(2.0 * np.pi * time)], axis=1)
     history = History(time, *[force] * 6)
-    cycle = m.force_cycle(history, 1, 1.0)
+    cycle = force_cycle(history, 1, 1.0)
     error = (2.0 * np.pi * 0.01) ** 2 / 8.0  # of a chord over the widest step
     np.testing.assert_allclose(cycle, np.sin(2.0 * np.pi * PARTS), atol=error)
 
