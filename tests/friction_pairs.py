@@ -14,9 +14,10 @@ import math
 import numpy as np
 
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
+from lumped.train.bodies import Gear
 from lumped.train.friction import with_bending
 from lumped.train.system import LumpedSystem
-from lumped.train.train import Gear, Mesh, Train
+from lumped.train.train import Mesh, Train
 
 COUPLED, ACROSS = (1.55, 2.09, 5.70), (1.85, 2.34)
 RADII = 0.04535, 0.06564

@@ -120,7 +120,7 @@ def run(argv: list[str]) -> int:
 def _explained(error: BaseException) -> tuple[int, str]:
     """Exit code and what to say."""
     from fegear.files.errors import InputError, file_error
-    from lumped.train.train import TrainError
+    from lumped.train.bodies import TrainError
     from meshes.gmsh_session import MissingSystemLibrary
 
     if isinstance(error, KeyboardInterrupt):

@@ -30,6 +30,7 @@ from fegear.train.model_settings import (
 from lumped.steady.integration_settings import Settings
 from lumped.steady.losses import nominal_efficiency
 from lumped.train.at_rest import RestReference, remove_pitch_errors
+from lumped.train.bodies import TrainError
 from lumped.train.excitation import MeshExcitation
 from lumped.train.excitation_tables import bending_along_path, column_at_torque
 from lumped.train.friction import ToothFriction, with_bending
@@ -37,7 +38,6 @@ from lumped.train.position_errors import with_gap
 from lumped.train.rolling_supports import without_rolling_bearings
 from lumped.train.system import LumpedSystem
 from lumped.train.table import pair_names
-from lumped.train.train import TrainError
 
 RATIO = "friction_bending_ratio"  # column of a mesh table
 

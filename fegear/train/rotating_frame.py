@@ -8,10 +8,11 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from fegear.files.codes import with_code
+from lumped.train.bodies import Carrier, Gear
 from lumped.train.modes import Modes
 from lumped.train.rotating_frame import RotatingFrameModes
 from lumped.train.system import LumpedSystem
-from lumped.train.train import Carrier, Gear, Train
+from lumped.train.train import Train
 
 # Twice the carrier's speed over a natural frequency: half of it is the relative change
 # of that frequency

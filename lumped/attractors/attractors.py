@@ -25,8 +25,8 @@ from lumped.steady.integration_settings import Settings
 from lumped.steady.response import Response, Status
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import FixedStepper, allocate_record
+from lumped.train.bodies import TrainError
 from lumped.train.system import LumpedSystem
-from lumped.train.train import TrainError
 
 # Periods of the first mesh in which a change turns to what grows most
 ALIGNMENT_PERIODS = 128

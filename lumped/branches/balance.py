@@ -27,8 +27,8 @@ from lumped.steady.measures import measure_motion
 from lumped.steady.response import Response
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import FixedStepper
+from lumped.train.bodies import TrainError
 from lumped.train.system import LumpedSystem
-from lumped.train.train import TrainError
 
 MIN_PIECES_PER_PERIOD = 96  # pieces of a period of the fastest mesh
 PIECES_PER_HARMONIC = 6  # pieces for each harmonic

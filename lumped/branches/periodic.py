@@ -41,7 +41,7 @@ from lumped.steady.respond import respond
 from lumped.steady.response import Response, Status
 from lumped.steady.steppers import stepper_of
 from lumped.steady.sweep import Direction, SweepPoint, continue_sweep
-from lumped.train.train import TrainError
+from lumped.train.bodies import TrainError
 
 # Arc length to the first point of a branch that sets out from motions of one period;
 # of more periods it is less, see `switch_length`

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.common.array_types import Array
-from lumped.train.train import Carrier, Gear, Mesh, Train, TrainError
+from lumped.train.bodies import Carrier, Gear, TrainError
+from lumped.train.train import Mesh, Train
 
 BEARING, SHAFT = SPRING_KINDS = "bearing", "shaft"  # with couplings at their ends
 BALANCE_RTOL = 1e-9  # of the moment of masses about the axis of a carrier

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
-from lumped.train.train import Train, TrainError
+from lumped.train.bodies import TrainError
+from lumped.train.train import Train
 
 
 @dataclass(frozen=True, eq=False)

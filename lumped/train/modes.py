@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.common.array_types import Array
+from lumped.train.bodies import TrainError
 from lumped.train.coordinates import Coordinates, train_coordinates
-from lumped.train.train import Train, TrainError
+from lumped.train.train import Train
 
 # Least parts of a mode's strain energy in the meshes: of a mesh mode, of a resonance
 # that meshes excite, and of a mode whose vibration reaches the meshes at all

@@ -15,9 +15,10 @@ from dataclasses import replace
 import numpy as np
 
 from lumped.common.array_types import Array
+from lumped.train.bodies import TrainError
 from lumped.train.coordinates import line_of_action
 from lumped.train.excitation import MeshExcitation
-from lumped.train.train import Train, TrainError
+from lumped.train.train import Train
 from lumped.train.waves import Wave
 
 

@@ -15,9 +15,10 @@ from lumped.bearings.statics import MIN_LOAD, RingSupport, mean_support
 from lumped.common.array_types import Array
 from lumped.common.checks import check_arguments, require_present
 from lumped.kernels.arrays import BearingSamples, ExcitationSamples, ModalSystem
+from lumped.train.bodies import Gear, TrainError
 from lumped.train.coordinates import rigid_groups, train_coordinates
 from lumped.train.modes import Modes
-from lumped.train.train import Gear, Train, TrainError
+from lumped.train.train import Train
 
 UNIT_STIFFNESS = (1.0, 1.0)  # N/m, of gears whose load alone is looked for
 BALANCE_RTOL = 1e-6  # of torques that forces of meshes and shafts balance

@@ -26,6 +26,7 @@ from lumped.train.at_rest import (
     check_springs,
     compare_at_rest,
 )
+from lumped.train.bodies import TrainError
 from lumped.train.coupled import (
     CoupledContacts,
     HubOutputs,
@@ -56,7 +57,7 @@ from lumped.train.rolling_supports import (
     rolling_supports,
 )
 from lumped.train.rotating_frame import RotatingFrame, rotating_frame
-from lumped.train.train import Train, TrainError
+from lumped.train.train import Train
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
 # Part of strain energy in the meshes below which a mode is omitted

@@ -12,164 +12,19 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
-from lumped.bearings.rolling import BallBearing, RollerBearing
 from lumped.common.checks import (
-    format_value,
-    is_finite,
     is_number,
     require_fields,
 )
-
-
-class TrainError(ValueError):
-    """Raised for an impossible train; the message names the part and allowed values.
-
-    It is a ValueError.
-    """
-
-
-@dataclass(frozen=True, kw_only=True)
-class Gear:
-    """Rigid disk with teeth.
-
-    Parameters
-    ----------
-    name : str
-        Name of the gear.
-    teeth : int
-        Number of teeth; only ratios matter, for the mesh frequencies.
-    base_radius : float
-        Base radius [m], negative of an internal gear.
-    inertia : float
-        Polar moment of inertia about the axis [kg m2].
-    mass : float, optional
-        Mass [kg], required only with bearings.
-    bearing_stiffness : tuple of 2 float, optional
-        Stiffnesses kx, ky [N/m]; None for a fixed centre.
-    bearing_direction : float, optional
-        Direction of kx, counter-clockwise from x [rad].
-    rolling_bearing : BallBearing or RollerBearing, optional
-        Bearing whose force replaces that of the stiffnesses, which then are its own
-        under load, see `linearise_bearings`.
-    coupling_stiffness : float, optional
-        Torsional stiffness to ground [N m/rad].
-    torque : float, optional
-        Constant external torque [N m], positive counter-clockwise.
-    is_held : bool, optional
-        Whether its rotation is prevented.
-
-    Raises
-    ------
-    TrainError
-        If a value is not allowed.
-    ValueError
-        If a value is not of its type.
-    """
-
-    name: str
-    teeth: int
-    base_radius: float
-    inertia: float
-    mass: float | None = None
-    bearing_stiffness: tuple[float, float] | None = None
-    bearing_direction: float = 0.0
-    rolling_bearing: BallBearing | RollerBearing | None = None
-    coupling_stiffness: float = 0.0
-    torque: float = 0.0
-    is_held: bool = False
-
-    def __post_init__(self) -> None:
-        prefix = f"gear {self.name!r}: "
-        teeth = is_number(self.teeth) and self.teeth >= 1
-        _require(teeth, f"{prefix}teeth", self.teeth, "at least 1")
-        radius = self.base_radius
-        allowed = is_number(radius) and 0.0 < abs(radius) < math.inf
-        _require(allowed, f"{prefix}base_radius", radius, "finite and not 0")
-        _require_finite(f"{prefix}bearing_direction", self.bearing_direction)
-        _require_body(self, prefix)
-        if self.rolling_bearing is not None and self.mass is None:
-            raise TrainError(f"{prefix}mass is needed with a rolling_bearing")
-
-
-@dataclass(frozen=True, kw_only=True)
-class Carrier:
-    """Rigid body that carries the centres of gears around its axis.
-
-    The bearings of its gears support them on it. Its rotation moves their centres
-    along their circle; coordinates are those of the frame that rotates with it at its
-    nominal speed.
-
-    Parameters
-    ----------
-    name : str
-        Name of the carrier.
-    gears : tuple of int
-        Indices of its gears, from 0.
-    radius : float
-        Distance of their centres from its axis [m].
-    angles : tuple of float
-        Direction of each centre, counter-clockwise from x [rad].
-    inertia : float
-        Polar moment of inertia about its axis without its gears [kg m2].
-    mass : float, optional
-        Mass without its gears [kg], required only with bearings.
-    bearing_stiffness : tuple of 2 float, optional
-        Stiffnesses kx, ky [N/m] of its bearing; None for a fixed axis.
-    coupling_stiffness : float, optional
-        Torsional stiffness to ground [N m/rad].
-    torque : float, optional
-        Constant external torque [N m], positive counter-clockwise.
-    is_held : bool, optional
-        Whether its rotation is prevented.
-    speed : float, optional
-        Its rotation per rotation of the first mesh's driver relative to it, positive
-        counter-clockwise. None for the speed at which a held gear is at rest, and 0
-        without a held gear.
-
-    Raises
-    ------
-    TrainError
-        If a value is not allowed.
-    ValueError
-        If a value is not of its type.
-    """
-
-    name: str
-    gears: tuple[int, ...]
-    radius: float
-    angles: tuple[float, ...]
-    inertia: float
-    mass: float | None = None
-    bearing_stiffness: tuple[float, float] | None = None
-    coupling_stiffness: float = 0.0
-    torque: float = 0.0
-    is_held: bool = False
-    speed: float | None = None
-
-    def __post_init__(self) -> None:
-        prefix = f"carrier {self.name!r}: "
-        _require_positive(f"{prefix}radius", self.radius)
-        if self.speed is not None:
-            _require_finite(f"{prefix}speed", self.speed)
-        _require_body(self, prefix)
-        if len(self.gears) != len(self.angles) or not self.gears:
-            counts = f"{len(self.gears)} gears and {len(self.angles)} angles"
-            raise TrainError(f"{prefix}{counts}; as many are needed, one or more")
-
-
-def _require_body(body: Gear | Carrier, prefix: str) -> None:
-    """Require values of a rotating body within their limits."""
-    _require_positive(f"{prefix}inertia", body.inertia)
-    _require_not_negative(f"{prefix}coupling_stiffness", body.coupling_stiffness)
-    _require_finite(f"{prefix}torque", body.torque)
-    require_fields(body)
-    if body.bearing_stiffness is not None:
-        for stiffness in body.bearing_stiffness:
-            _require_not_negative(f"{prefix}bearing_stiffness", stiffness)
-        if body.mass is None:
-            raise TrainError(f"{prefix}mass is needed with a bearing_stiffness")
-    if body.mass is not None:
-        _require_positive(f"{prefix}mass", body.mass)
+from lumped.train.bodies import (
+    Carrier,
+    Gear,
+    TrainError,
+    require_finite_values,
+    require_not_negative,
+    require_positive_values,
+    require_that,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -210,11 +65,11 @@ class Mesh:
     def __post_init__(self) -> None:
         angle, backlash = self.pressure_angle, self.backlash
         allowed = is_number(angle) and abs(angle) < 0.5 * math.pi
-        _require(allowed, "pressure_angle", angle, "below a right angle")
+        require_that(allowed, "pressure_angle", angle, "below a right angle")
         allowed = is_number(backlash) and backlash >= 0.0
-        _require(allowed, "backlash", backlash, "0 or more")
+        require_that(allowed, "backlash", backlash, "0 or more")
         for name in ("center_line", "phase"):
-            _require_finite(name, getattr(self, name))
+            require_finite_values(name, getattr(self, name))
         require_fields(self, infinite=("backlash",))
 
 
@@ -242,7 +97,7 @@ class Shaft:
 
     def __post_init__(self) -> None:
         if self.stiffness is not None:
-            _require_positive("shaft stiffness", self.stiffness)
+            require_positive_values("shaft stiffness", self.stiffness)
         require_fields(self)
 
 
@@ -278,7 +133,7 @@ class Train:
     carrier: Carrier | None = None
 
     def __post_init__(self) -> None:
-        _require_not_negative("damping_ratio", self.damping_ratio)
+        require_not_negative("damping_ratio", self.damping_ratio)
         require_fields(self)
         if not self.meshes:
             raise TrainError("meshes: at least one is needed")
@@ -290,7 +145,7 @@ class Train:
         count = len(self.gears)
         for index in indices:
             allowed = f"0 to {count - 1}"
-            _require(0 <= index < count, "gear index", index, allowed)
+            require_that(0 <= index < count, "gear index", index, allowed)
         for mesh in self.meshes:
             if mesh.driver == mesh.driven:
                 raise TrainError(f"mesh of gear {mesh.driver} with itself")
@@ -421,22 +276,3 @@ def _propagate_speeds(
                 queue.append(b)
             elif speeds[b] != speeds[gear] * ratio:
                 raise TrainError(f"gears {a} and {b}: a closed train that cannot turn")
-
-
-def _require(ok: bool, name: str, value: object, allowed: str) -> None:
-    if not ok:
-        raise TrainError(f"{name} = {format_value(value)}; must be {allowed}")
-
-
-def _require_finite(name: str, value: float) -> None:
-    _require(is_finite(value), name, value, "finite")
-
-
-def _require_positive(name: str, value: float) -> None:
-    allowed = is_number(value) and 0.0 < value < math.inf
-    _require(allowed, name, value, "positive and finite")
-
-
-def _require_not_negative(name: str, value: float) -> None:
-    allowed = is_number(value) and 0.0 <= value < math.inf
-    _require(allowed, name, value, "0 or more and finite")

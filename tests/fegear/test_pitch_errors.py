@@ -18,7 +18,7 @@ from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
 from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.table import format_table, parse_table
-from validation.study.solving import static_deflection
+from validation.study.statics_runs import static_deflection
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
 PITCHES = 10

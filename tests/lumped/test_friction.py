@@ -20,11 +20,11 @@ from lumped.steady.losses import driven_power, efficiency
 from lumped.steady.motion import time_history
 from lumped.steady.respond import respond
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
+from lumped.train.bodies import TrainError
 from lumped.train.excitation_tables import bending_along_path, excitation_from_table
 from lumped.train.friction import ToothFriction, with_bending
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable
-from lumped.train.train import TrainError
 from lumped.train.waves import constant_wave, linear_wave
 
 MU, BENDING, EPS, ALPHA, GAMMA, C = 0.1, 0.5, 0.3, 0.6, 0.28, 1.5

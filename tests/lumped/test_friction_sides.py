@@ -18,10 +18,11 @@ from lumped.kernels.friction import set_friction_acceleration
 from lumped.steady.integration_settings import Settings
 from lumped.steady.motion import time_history
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
+from lumped.train.bodies import Gear
 from lumped.train.friction import ToothFriction, base_pitch, with_bending
 from lumped.train.friction_samples import scale_to_frequency
 from lumped.train.system import LumpedSystem
-from lumped.train.train import Gear, Mesh, Train
+from lumped.train.train import Mesh, Train
 
 MU, BENDING, FREQUENCY, BACKLASH = 0.15, 0.4, 700.0, 8e-5
 

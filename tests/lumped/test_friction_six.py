@@ -20,9 +20,10 @@ from lumped.steady.integration_settings import Settings
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import FixedStepper
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
+from lumped.train.bodies import Gear
 from lumped.train.friction import ToothFriction, with_bending
 from lumped.train.system import LumpedSystem
-from lumped.train.train import Gear, Mesh, Shaft, Train
+from lumped.train.train import Mesh, Shaft, Train
 
 MU, RATIO, TURNS = 0.2, 0.4, 0.02
 K, EPS, ALPHA, RELIEF, BACKLASH = 3e8, 0.4, 0.6, 8e-6, 1e-5

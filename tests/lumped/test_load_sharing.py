@@ -16,12 +16,12 @@ from hypothesis import strategies as st
 
 import lumped
 from lumped.train import equilibrium
+from lumped.train.bodies import TrainError
 from lumped.train.coordinates import train_coordinates
 from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.load_sharing import load_sharing, planet_meshes
 from lumped.train.position_errors import position_gaps, with_gap
-from lumped.train.train import TrainError
 from lumped.train.waves import Wave
 
 ALPHA = math.radians(22.0)

@@ -31,7 +31,7 @@ from lumped import (
 from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.steady.steady_state import periods_to_settle
 from lumped.steady.steppers import steps_per_period
-from lumped.train.train import TrainError
+from lumped.train.bodies import TrainError
 from lumped.train.waves import constant_wave, wave_from_harmonics
 
 MODELS = (1, 2, 3)

@@ -36,7 +36,8 @@ from validation.study.cases import Model, SingleSpeed, Tolerance, load_case
 from validation.study.metrics import static_measures
 from validation.study.printed import printed_figure
 from validation.study.run_files import FILE_NAMES, features
-from validation.study.solving import approach, mesh_statics, static_deflection
+from validation.study.solving import approach
+from validation.study.statics_runs import mesh_statics, static_deflection
 from validation.study.tasks import tasks_of
 
 METRICS = (

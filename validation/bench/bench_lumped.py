@@ -20,8 +20,9 @@ from lumped.steady.integration_settings import SPRING_STEPS, Settings
 from lumped.steady.respond import respond
 from lumped.steady.response import Response
 from lumped.steady.sweep import sweep_all
+from lumped.train.bodies import Gear
 from lumped.train.system import LumpedSystem
-from lumped.train.train import Gear, Shaft
+from lumped.train.train import Shaft
 from validation.bench import benchmark as bench
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
 

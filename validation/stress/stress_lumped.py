@@ -14,9 +14,10 @@ from lumped.steady.respond import respond, respond_with_history
 from lumped.steady.response import History, Response
 from lumped.steady.sweep import sweep, sweep_all
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
+from lumped.train.bodies import Gear
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.system import LumpedSystem
-from lumped.train.train import Gear, Mesh, Train
+from lumped.train.train import Mesh, Train
 from lumped.train.waves import constant_wave
 from validation.stress.trials import Family, Trial, Trials
 

@@ -15,16 +15,11 @@ from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, steps_per_cycle
 from fegear.files.memory import MemoryLevel, memory_level
 from fegear.files.store import Checkpoint, Records
-from fegear.gearset.pitch_errors import pair_periods
-from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
-from fegear.statics.solving import solve_mesh
 from fegear.studies.trains.model_texts import static_warnings, truncation_warnings
 from fegear.studies.trains.responses import sweep_warnings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
-from lumped.common.array_types import Array
-from lumped.common.checks import require_present
 from lumped.common.progress import Progress
 from lumped.steady.integration_settings import Settings
 from lumped.steady.motion import speeds_between
@@ -33,14 +28,11 @@ from lumped.steady.steady_state import Stepper, steady_state
 from lumped.steady.steppers import stepper_of, steps_per_period, warm_up
 from lumped.steady.sweep import Branch, Direction, Observer, sweep_branch
 from lumped.steady.truncation_check import check_truncation
-from lumped.train.analytic import lowest_deflection
-from lumped.train.coupled import static_transmission_error
-from lumped.train.excitation import MeshExcitation
-from lumped.train.friction import torque_shares
 from lumped.train.system import LumpedSystem
 from validation.study.cases import SingleSpeed
 from validation.study.cycle_metrics import ForceCycle, force_cycle
 from validation.study.metrics import CYCLE_POINTS, Statics
+from validation.study.statics_runs import mesh_statics
 from validation.study.tasks import RunSpec
 
 
@@ -207,109 +199,6 @@ def solve_task(
     warnings = [*sweep_warnings(spec.gear_set, swept), *_warnings(spec, system, swept)]
     cost = _with_memory(cost, level)
     return RunResult(system, statics, branches, cycles, cost, tuple(warnings))
-
-
-def mesh_statics(
-    spec: RunSpec, excitations: Excitations, mesh: int, system: LumpedSystem
-) -> Statics:
-    """Static deflection of a mesh (from 0) under the task's torque.
-
-    Over all base pitches until its tooth pairs repeat.
-    """
-    gear_set = spec.gear_set
-    torque = mesh_torques_at(gear_set, spec.torque)[mesh]
-    force = torque / gear_set.meshes[mesh].pair.driver.base_radius
-    if spec.model is None:
-        return _element_statics(spec, excitations, mesh, torque, force)
-    pitches, positions = pair_periods(gear_set)[mesh], CYCLE_POINTS
-    if pitches > 1:
-        positions = excitations.source.statics_of(gear_set, mesh).positions
-    position = np.arange(pitches * positions) / positions
-    if system.has_friction:
-        frictionless = excitations.mesh_excitation(gear_set, mesh, torque, 1)
-        return _friction_statics(system, frictionless, mesh, force, position)
-    if system.contacts is None:
-        deflection = static_deflection(system.excitations[mesh], force, position)
-    else:
-        position, deflection = _coupled_deflection(system, mesh, force, pitches)
-    no_friction, no_single_pair = np.zeros_like(position), np.zeros(position.size, bool)
-    return Statics(mesh + 1, force, position, deflection, no_friction, no_single_pair)
-
-
-def _element_statics(
-    spec: RunSpec, excitations: Excitations, mesh: int, torque: float, force: float
-) -> Statics:
-    table = frictionless = excitations.table(spec.gear_set, mesh, torque)
-    if spec.friction > 0.0:
-        statics = excitations.source.statics_of(spec.gear_set, mesh)
-        settings = replace(statics, friction=spec.friction)
-        table = solve_mesh(spec.gear_set, mesh, [torque], settings).table
-    return Statics(
-        mesh + 1,
-        force,
-        table.position,
-        table["ste_m"][0],
-        table["ste_m"][0] - frictionless["ste_m"][0],
-        frictionless["n_pairs"][0] == 1,
-    )
-
-
-def _friction_statics(
-    system: LumpedSystem,
-    frictionless: MeshExcitation,
-    mesh: int,
-    force: float,
-    position: Array,
-) -> Statics:
-    """Statics with friction of the tooth pairs, whose moments carry a part of the
-    torque.
-
-    frictionless : the excitation of the mesh without friction
-    """
-    ahead = [pair.ahead or 0 for pair in frictionless.pairs]
-    mu = system.friction[mesh].coefficient
-    shares = torque_shares(system.train, mesh, mu, ahead, position)
-    deflection = static_deflection(system.excitations[mesh], force, position, shares)
-    change = deflection - static_deflection(frictionless, force, position)
-    stiffness = np.array([pair.stiffness(position) for pair in frictionless.pairs])
-    single = np.count_nonzero(stiffness > 0.0, axis=0) == 1
-    return Statics(mesh + 1, force, position, deflection, change, single)
-
-
-def _coupled_deflection(
-    system: LumpedSystem, mesh: int, force: float, pitches: int
-) -> tuple[Array, Array]:
-    """Positions (n,) over so many base pitches, and deflection of the coupled model.
-
-    At the positions of its own tables, see `static_transmission_error`.
-    """
-    contacts = require_present(system.contacts, "coupled model")
-    cycles = [
-        static_transmission_error(contacts, mesh, force, cycle)[:-1]
-        for cycle in range(pitches)
-    ]
-    grid = len(cycles[0])
-    phase = np.arange(pitches * grid) / grid + system.train.meshes[mesh].phase
-    position = np.mod(phase, float(pitches))
-    order = np.argsort(position)
-    return position[order], np.concatenate(cycles)[order]
-
-
-def static_deflection(
-    excitation: MeshExcitation,
-    force: float,
-    position: Array,
-    shares: Array | float = 1.0,
-) -> Array:
-    """Deflection [m] at mesh positions (n,) under a force [N].
-
-    shares : of the pairs' forces that hold it (p, n)
-    """
-    stiffness, gap = (
-        np.array([getattr(pair, name)(position) for pair in excitation.pairs])
-        for name in ("stiffness", "gap")
-    )
-    return lowest_deflection(shares * stiffness, gap, force)
 
 
 def _warnings(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.files.codes import with_code
+from fegear.commands.faults.fault_runs import INDICATORS, FaultRuns
 from fegear.files.data_sets import DATA_SETS, DataArray, write_data_set
 from fegear.files.errors import InputError
 from fegear.files.output import path_of, require_ending
@@ -27,100 +27,14 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
 from fegear.studies.trains.train_problem import TrainFacts
 from lumped.common.array_types import Array
-from lumped.common.workers import Arrays
 from lumped.figures.fault_indicators import IndicatorPoints, draw_indicators
-from lumped.signals.averages import residual_of
-from lumped.signals.sampling import Sampling
 
-INDICATORS = ("rms", "residual_rms", "residual_peak", "residual_kurtosis", "tooth")
 UNITLESS = ("residual_kurtosis", "tooth")
 AVERAGES, OF_AVERAGES = "average over turns", ("angle_deg", "tooth")
 SUFFIXES = ("_rad_per_s", "_m", "_N")  # units of signals
 SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
 SHOWN_SIGNALS = 4  # in the picture
 NO_TOOTH = 0  # label of a run without a faulty tooth; teeth count from 1
-
-
-@dataclass(frozen=True, eq=False)
-class FaultRuns:
-    """Signals of r runs and what their averages tell; NaN where a run has none.
-
-    names : of the c signals, with their units
-    statuses : of the runs, periodic where they have signals
-    sampling : of the run with the speed and the gears of the reference
-    indicators : (r, c) by name, see `INDICATORS`
-    average : (r, c, p) over the turns of the gear
-    values : (r, c, t) samples, or None where they are left out
-    """
-
-    names: tuple[str, ...]
-    statuses: tuple[str, ...]
-    sampling: Sampling
-    indicators: Mapping[str, Array]
-    average: Array
-    values: Array | None
-
-    @classmethod
-    def of(cls, runs: Sequence[Arrays], sampling: Sampling) -> FaultRuns:
-        """The runs of arrays of `evaluate_run`; runs with other signals have none."""
-        finished = [run for run in runs if "names" in run]
-        first = finished[0] if finished else None
-        labels = b"" if first is None else first["names"].tobytes()
-        names = tuple(labels.decode().split("\n")) if labels else ()
-        statuses = []
-        for run in runs:
-            status = run["status"].tobytes().decode()
-            if "names" in run and run["names"].tobytes() != labels:
-                status = "impossible: the gear set has other signals"
-            statuses.append(status)
-
-        def collected(name: str) -> Array:
-            shape = () if first is None else first[name].shape
-            stacked = np.full((len(runs), *shape), np.nan)
-            for row, run, status in zip(stacked, runs, statuses, strict=True):
-                if name in run and not status.startswith("impossible"):
-                    row[...] = run[name]
-            return stacked
-
-        has_values = first is not None and "values" in first
-        return cls(
-            names,
-            tuple(statuses),
-            sampling,
-            {name: collected(name) for name in INDICATORS},
-            collected("average"),
-            collected("values") if has_values else None,
-        )
-
-    @property
-    def settled(self) -> NDArray[np.bool_]:
-        """Whether each run has signals: its motion repeats."""
-        return np.array([status == "periodic" for status in self.statuses])
-
-    @property
-    def residual(self) -> Array:
-        """Averages (r, c, p) without mean and orders of meshes."""
-        points = np.moveaxis(self.average, -1, 0)
-        flat = points.reshape(len(points), -1)
-        residual = residual_of(flat, self.sampling.gear.orders).reshape(points.shape)
-        return np.moveaxis(residual, 0, -1)
-
-
-def run_warnings(runs: FaultRuns) -> Iterator[str]:
-    """A line on runs without signals."""
-    lost = [status for status in runs.statuses if status != "periodic"]
-    if lost:
-        kinds = sorted({status.partition(":")[0] for status in lost})
-        counts = ", ".join(
-            f"{sum(s.startswith(kind) for s in lost)} {kind}" for kind in kinds
-        )
-        reason = next((text for text in lost if ":" in text), "").partition(": ")[2]
-        first = f"; the first, {reason}" if reason else ""
-        yield with_code(
-            "W48",
-            f"{len(lost)} of {pluralize(len(runs.statuses), 'run')} have no signals: "
-            f"{counts}{first}",
-        )
 
 
 def indicator_column(signal: str, indicator: str) -> str:

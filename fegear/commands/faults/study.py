@@ -21,12 +21,8 @@ from fegear.commands.faults.axes import (
     column_of,
     require_fault_axes,
 )
-from fegear.commands.faults.result import (
-    NO_TOOTH,
-    FaultRuns,
-    FaultSignalsResult,
-    run_warnings,
-)
+from fegear.commands.faults.fault_runs import FaultRuns, run_warnings
+from fegear.commands.faults.result import NO_TOOTH, FaultSignalsResult
 from fegear.files.data_sets import DATA_SETS
 from fegear.files.errors import InputError, NoResultError
 from fegear.files.output import TO_SINGLE_TABLE, listed

@@ -30,9 +30,9 @@ from fegear.train.model_settings import LumpedModel, has_rolling_bearings, resol
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
 from lumped.steady.integration_settings import Settings
+from lumped.train.bodies import TrainError
 from lumped.train.rolling_supports import bearing_loads
 from lumped.train.system import LumpedSystem
-from lumped.train.train import TrainError
 
 MODIFICATION_KEY = re.compile(r"_relief|[._]profile(\.|$)")
 # Processor time of the coupled model [s], of a set-up by mesh and of a settled motion

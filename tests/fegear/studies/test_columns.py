@@ -15,7 +15,7 @@ from scipy.io import netcdf_file
 
 import fegear
 import validation.commands  # noqa: F401  # registers its columns
-from fegear.commands.rattle.bifurcation import ExistenceResult
+from fegear.commands.rattle.bifurcation_result import ExistenceResult
 from fegear.studies.columns import (
     Column,
     column_meaning,

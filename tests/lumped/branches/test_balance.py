@@ -15,9 +15,9 @@ from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import stepper_of
+from lumped.train.bodies import TrainError
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.system import LumpedSystem
-from lumped.train.train import TrainError
 from lumped.train.waves import constant_wave, wave_from_samples
 
 FINE = Settings(method="dopri5", accuracy=1e-10, tolerance=1e-10)

@@ -19,8 +19,9 @@ from lumped.rotors.description import (
 )
 from lumped.rotors.matrices import assemble
 from lumped.rotors.whirl import WhirlProblem
+from lumped.train.bodies import Gear
 from lumped.train.coordinates import line_of_action, rolling_sense
-from lumped.train.train import Gear, Mesh, Train
+from lumped.train.train import Mesh, Train
 
 MATERIAL = 7850.0, 206e9, 79e9  # density, Young's and shear modulus
 LENGTHS, DIAMETERS = (0.3, 0.4), (0.03, 0.045)

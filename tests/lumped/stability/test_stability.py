@@ -29,9 +29,9 @@ from lumped.stability.multipliers import (
 )
 from lumped.stability.periodic_system import PeriodicSystem, periodic_system
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
+from lumped.train.bodies import TrainError
 from lumped.train.friction import ToothFriction, base_pitch, friction_rows, with_bending
 from lumped.train.system import LumpedSystem
-from lumped.train.train import TrainError
 from validation.oracles.hill import exact_transition, first_order_form, recursion
 
 SPEEDS = np.linspace(1.7, 12.0, 400)
