@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import re
 from pathlib import Path
@@ -71,3 +72,26 @@ def test_broken_links_and_missing_names_are_found(tmp_path):
     ]
     missing = list(CHECKS.missing_names(tmp_path, pages))
     assert "reference/commands: fegear sweep is missing" in missing
+
+
+IMPORT = re.compile(
+    r"^from ((?:fegear|lumped|meshes|validation)[\w.]*) import ([\w, ]+)", re.M
+)
+
+
+def test_pages_import_what_is_there():
+    """Their code is run when the site is built, minutes later."""
+    imported = [
+        (path.name, module, name.split(" as ")[0].strip())
+        for path in [*DOCS.rglob("*.md"), DOCS.parent / "README.md"]
+        for module, names in IMPORT.findall(path.read_text("utf-8"))
+        for name in names.split(",")
+    ]
+    assert len(imported) > 5
+    assert [found for found in imported if not _has(*found[1:])] == []
+
+
+def _has(module: str, name: str) -> bool:
+    if hasattr(importlib.import_module(module), name):
+        return True
+    return importlib.util.find_spec(f"{module}.{name}") is not None
