@@ -88,7 +88,7 @@ def test_pages_import_what_is_there():
         for name in names.split(",")
     ]
     assert len(imported) > 5
-    assert [found for found in imported if not _has(*found[1:])] == []
+    assert [entry for entry in imported if not _has(*entry[1:])] == []
 
 
 def _has(module: str, name: str) -> bool:

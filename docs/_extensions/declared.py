@@ -66,7 +66,7 @@ def _usage(command: Any, context: Any) -> str:
 
 
 def _public_name(study: type) -> str:
-    names = (name for _, name, _ in commands().values())
+    names = (command.study for command in commands().values())
     return study.__name__ if study.__name__ in names else ""
 
 
