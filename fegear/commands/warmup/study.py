@@ -147,14 +147,14 @@ def _rattle() -> Iterator[Study | None]:
     yield _study("rattle periodic", machine=MACHINE, **one)
     yield _study("rattle bifurcation", machine=MACHINE, **one, **over)
     yield _study("rattle manifold", machine=MACHINE, length=1.0, preimages=0)
-    noise = _study("rattle noise", machine="roots-a-sprung", starts=2, turns=2)
-    yield noise
-    if noise is None:
-        return
-    machine = _study("rattle noise", machine=MACHINE).named.machine
-    history_of(machine, arcs_of(machine, follow(machine, (0.0, 3.0), 2)))
-    sticking_from(machine, (0.3, 0.5))
-    sticking_motions(replace(machine, restitution=0.0))
+    noise = _study("rattle noise", machine=MACHINE)
+    if noise is not None:
+        machine = noise.named.machine
+        history_of(machine, arcs_of(machine, follow(machine, (0.0, 3.0), 2)))
+        sticking_from(machine, (0.3, 0.5))
+        sticking_motions(replace(machine, restitution=0.0))
+    # last, as what is compiled before a use is reported with it
+    yield _study("rattle noise", machine="roots-a-sprung", starts=2, turns=2)
 
 
 def _clatter() -> Iterator[Study | None]:
@@ -271,7 +271,7 @@ def _word(name: str, row: Mapping[str, Any]) -> str:
 @cache
 def kernel_folders() -> tuple[Path, ...]:
     """Folders of the sources that contain compiled functions."""
-    roots = (Path(__file__).parents[1], Path(lumped.__file__).parent)
+    roots = (Path(__file__).parents[2], Path(lumped.__file__).parent)
     return tuple(
         sorted(
             {

@@ -40,10 +40,10 @@ BY_ORDER = {
     "coupled_variables.add_columns": 2,
     "coupled_variables.get_variables": 2,
     "coupled_variables.set_variables": 2,
-    "coupled.extrapolate": 2,
+    "coupled_steps.extrapolate": 2,
 }
 # with what some uses do not need, and without: small changes, derivatives by reliefs
-BY_NEED = {"coupled.set_start_forces": 2, "cycle.solve_cycle": 2}
+BY_NEED = {"coupled_steps.set_start_forces": 2, "cycle.solve_cycle": 2}
 FIRST_USES = """
 import sys
 from fegear.cli import run
