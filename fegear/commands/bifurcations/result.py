@@ -1,4 +1,4 @@
-"""What bifurcations over a parameter show and write."""
+"""The result of `fegear bifurcations`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What branches of periodic motions show and write."""
+"""The result of `fegear branches`: its page, tables and figures."""
 
 from __future__ import annotations
 

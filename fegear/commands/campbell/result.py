@@ -1,4 +1,4 @@
-"""What a Campbell diagram shows and writes."""
+"""The result of `fegear campbell`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What clattering wheels show and write."""
+"""The result of `fegear clatter`: its page, tables and figures."""
 
 from __future__ import annotations
 

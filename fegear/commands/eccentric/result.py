@@ -1,4 +1,4 @@
-"""What an eccentric gearing shows and writes."""
+"""The result of `fegear eccentric`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What exported matrices show and write."""
+"""The result of `fegear export`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a labelled set of signals holds, shows and writes."""
+"""The result of `fegear faults`: its page, tables and figures."""
 
 from __future__ import annotations
 

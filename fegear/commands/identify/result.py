@@ -1,4 +1,4 @@
-"""What identified widths and hubs show and write."""
+"""The result of `fegear identify`: its page, tables and figures."""
 
 from __future__ import annotations
 

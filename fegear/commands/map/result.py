@@ -1,4 +1,4 @@
-"""What a map over parameters shows and writes."""
+"""The result of `fegear map`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What natural modes show and write."""
+"""The result of `fegear modes`: its page, tables and figures."""
 
 from __future__ import annotations
 

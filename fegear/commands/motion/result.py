@@ -1,4 +1,4 @@
-"""What a motion at one speed shows and writes."""
+"""The result of `fegear motion`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What branches of orbits over a parameter show and write."""
+"""The result of `fegear rattle bifurcation`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What stability over a parameter shows and writes."""
+"""The result of `fegear stability`: its page, tables and figures."""
 
 from __future__ import annotations
 

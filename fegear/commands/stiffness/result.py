@@ -1,4 +1,4 @@
-"""What the table of a mesh shows and writes."""
+"""The result of `fegear stiffness`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What closed forms of resonances show and write."""
+"""The result of `fegear theory`: its page, tables and figures."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the scatter by tolerances shows and writes."""
+"""The result of `fegear tolerances`: its page, tables and figures."""
 
 from __future__ import annotations
 

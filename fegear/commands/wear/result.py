@@ -1,4 +1,4 @@
-"""What wear of a mesh shows and writes."""
+"""The result of `fegear wear`: its page, tables and figures."""
 
 from __future__ import annotations
 
