@@ -17,7 +17,7 @@ error of the mean transmission error 6e-04
 
 Vibration over speed of a lumped model, on the mesh stiffness of key figures:
 
->>> model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
+>>> model = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
 >>> speeds = range(2000, 3100, 100)  # mesh frequencies [Hz]
 >>> sweep = fegear.Sweep(gear_set=gears, torque=[100.0], speeds=speeds, model=model)
 >>> result = fegear.run(sweep)
@@ -52,7 +52,7 @@ Stress in the teeth, and a picture of it:
 {'pinion': '361 MPa', 'idler': '363 MPa'}
 >>> stress.draw("contact.png")
 
-Studies, such as `Sweep` and `Dynamics`, `LumpedModel`, `StiffnessSource`,
+Studies, such as `Sweep` and `Dynamics`, `LumpedModel`, `ExcitationSettings`,
 `StaticsSettings`, `FiniteElements` and `PictureSettings` say what can be chosen. A
 setting or argument that cannot be used raises `ValueError`, what files and gear sets
 hold its kind `InputError`, both in one line. `python -m fegear` is the command line.

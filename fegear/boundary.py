@@ -34,7 +34,7 @@ def require_gear_set(value: object) -> None:
         named = f'("{shorten(value)}")' if isinstance(value, str) else ""
         makes = f"load_gear_set{named}"
         raise InputError(
-            f"gear_set must be a gear set, got {format_value(value)}; {makes} makes one"
+            f"gear_set = {format_value(value)}; must be a gear set, {makes} makes one"
         )
 
 
@@ -43,6 +43,6 @@ def require_mesh(gear_set: GearSet, mesh: int) -> None:
     last = len(gear_set.meshes) - 1
     if not 0 <= mesh <= last:
         raise InputError(
-            f"mesh must be 0 to {last}, counted from 0, got {mesh}; {gear_set.name} "
-            f"has {last + 1}"
+            f"mesh = {mesh}; must be 0 to {last}, counted from 0; {gear_set.name} has "
+            f"{last + 1}"
         )

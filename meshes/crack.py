@@ -75,14 +75,14 @@ class Crack:
         angle = math.degrees(self.tangent_angle)
         if not 0.0 < angle < 90.0:
             raise ValueError(
-                f"tangent_angle = {angle:g} deg; allowed above 0, below 90"
+                f"tangent_angle = {angle:g} deg; must be above 0, below 90"
             )
         if self.direction is not None:
             if self.path is not None:
                 raise ValueError("direction: only without path, which has its own")
             angle = math.degrees(self.direction)
             if not 0.0 <= angle <= 180.0:
-                raise ValueError(f"direction = {angle:g} deg; allowed 0 to 180")
+                raise ValueError(f"direction = {angle:g} deg; must be 0 to 180")
         if self.path is not None:
             if not self.path:
                 raise ValueError("path: at least one point is needed")
@@ -206,7 +206,7 @@ def _require_into_body(crack: Crack, corners: Points) -> None:
         angle = math.degrees(math.asin(max(-1.0, min(1.0, sine))))
         least = math.degrees(MIN_SURFACE_ANGLE)
         raise ValueError(
-            f"{name}: the crack begins at {angle:.4g} deg to the fillet; allowed from "
+            f"{name}: the crack begins at {angle:.4g} deg to the fillet; must be from "
             f"{least:g} deg into the tooth"
         )
 

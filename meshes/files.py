@@ -53,7 +53,7 @@ def write_triangles(
     ending = path.suffix.lower()
     if ending not in FORMATS:
         extensions = " or ".join(FORMATS)
-        raise ValueError(f"file name must end in {extensions}, got {path.name!r}")
+        raise ValueError(f"file name = {path.name!r}; must end in {extensions}")
     data, groups = {kind: [part]}, {}
     if ending == ".msh":
         data |= {"gmsh:physical": [part + 1], "gmsh:geometrical": [part + 1]}

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from functools import lru_cache
-from typing import Literal
+from typing import Any, Literal
 
 from meshes.involute import Involute, involute
 
@@ -156,8 +156,7 @@ class SpurGear(Involute):
         """
         sin = math.sin(self.pressure_angle)
         shift = self.profile_shift * self.module
-        rounding = self.rack_tip_radius * (1.0 - sin)
-        depth = self.dedendum - shift - rounding
+        depth = self.dedendum - shift - self.rack_tip_rounding
         return self.reference_radius * sin - depth / sin
 
     @property
@@ -201,8 +200,28 @@ class SpurGear(Involute):
         alpha, rho = self.pressure_angle, self.rack_tip_radius
         half_space = 0.5 * (math.pi * self.module - self.tooth_thickness)
         depth = self.dedendum - self.profile_shift * self.module - rho
-        half_width = half_space - depth * math.tan(alpha) - rho / math.cos(alpha)
+        half_width = half_space - depth * math.tan(alpha) - self.rack_tip_half_width
         return half_width, depth
+
+    @property
+    def rack_tip_half_width(self) -> float:
+        """Half width of the rack tip up to its flank, at the centre's height."""
+        return self.rack_tip_radius / math.cos(self.pressure_angle)
+
+    @property
+    def rack_tip_rounding(self) -> float:
+        """Height of the rack tip's rounding up to where the straight flank begins."""
+        return self.rack_tip_radius * (1.0 - math.sin(self.pressure_angle))
+
+    def rack_tip_offset(self, sin: Any, cos: Any) -> tuple[Any, Any, Any]:
+        """From the centre of the rack tip's rounding to a point of it [m].
+
+        sin, cos : of the angle of the normal there from the radial direction
+
+        Returns the ways across and down, and how far the normal passes beside the
+        centre, along the rolling line.
+        """
+        return self.rack_tip_radius * sin, self.rack_tip_radius * cos, 0.0
 
     def require_sizes(self) -> None:
         for field in ("tip_radius", "hub_radius"):
@@ -262,8 +281,8 @@ class SpurGear(Involute):
         half_width, _depth = self.rack_tip_center
         widest = self.rack_tip_radius
         if half_width < -1e-9 * self.module:
-            alpha = self.pressure_angle
-            widest += half_width / (1.0 / math.cos(alpha) - math.tan(alpha))
+            slope = self.rack_tip_half_width / widest
+            widest += half_width / (slope - math.tan(self.pressure_angle))
             bound = Bound("at most", widest, "what fits the rack tip")
             raise beyond("rack_tip_radius", self.rack_tip_radius, bound)
 
@@ -282,10 +301,11 @@ def fillet_at(gear: SpurGear, normal_angle: float) -> tuple[float, float]:
     That of `meshes.profile.fillet_points`, as numbers.
     """
     half_width, depth = gear.rack_tip_center
-    r, rho = gear.reference_radius, gear.rack_tip_radius
-    rolled = half_width - depth * math.tan(normal_angle)
-    x = rolled - half_width - rho * math.sin(normal_angle)
-    y = r - depth - rho * math.cos(normal_angle)
+    r, sin, cos = gear.reference_radius, math.sin(normal_angle), math.cos(normal_angle)
+    across, down, beside = gear.rack_tip_offset(sin, cos)
+    rolled = half_width - depth * math.tan(normal_angle) + beside
+    x = rolled - half_width - across
+    y = r - depth - down
     angle = math.atan2(x, y) - rolled / r + math.pi / gear.teeth
     return math.hypot(x, y), angle
 
@@ -367,7 +387,7 @@ def require_rack(gear: SpurGear) -> None:
     """Require teeth, module and rack within their limits."""
     require("teeth", gear.teeth >= 5, f"{gear.teeth}", "at least 5 teeth are needed")
     shift = gear.profile_shift  # before the tip, whose default follows from it
-    limits = f"allowed {-MAX_SHIFT:g} to {MAX_SHIFT:g}"
+    limits = f"must be {-MAX_SHIFT:g} to {MAX_SHIFT:g}"
     require("profile_shift", abs(shift) <= MAX_SHIFT, f"{shift:g}", limits)
     for field in ("module", "dedendum"):
         length: float = getattr(gear, field)
@@ -375,7 +395,7 @@ def require_rack(gear: SpurGear) -> None:
         require(field, ok, stated_mm(length), "must be positive and finite")
     degrees = math.degrees(gear.pressure_angle)
     require(
-        "pressure_angle", 5.0 <= degrees <= 35.0, f"{degrees:g} deg", "allowed 5 to 35"
+        "pressure_angle", 5.0 <= degrees <= 35.0, f"{degrees:g} deg", "must be 5 to 35"
     )
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module

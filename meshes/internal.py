@@ -45,7 +45,7 @@ class Foundation:
             stiffness = getattr(self, name)
             if not least <= stiffness <= MAX_STIFFNESS:
                 raise ValueError(
-                    f"{name} = {stiffness:g} N/m3; allowed {least:g} to "
+                    f"{name} = {stiffness:g} N/m3; must be {least:g} to "
                     f"{MAX_STIFFNESS:g} N/m3"
                 )
 

@@ -56,6 +56,16 @@ class Involute:
         return math.pi * self.module * math.cos(self.pressure_angle)
 
     @property
+    def twist(self) -> float:
+        """Turn of the teeth per length of the axis, right-handed positive [rad/m]."""
+        return 0.0
+
+    @property
+    def base_helix_angle(self) -> float:
+        """Helix angle on the base cylinder, right-handed positive [rad]."""
+        return math.atan(self.twist * self.base_radius)
+
+    @property
     def pitch_angle(self) -> float:
         """Angle between teeth, 2 pi / z."""
         return 2.0 * self.sign * math.pi / self.teeth

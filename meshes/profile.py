@@ -65,13 +65,13 @@ def fillet_points(gear: SpurGear, normal_angle: ArrayLike) -> Points:
     if isinstance(gear, InternalGear):
         return _shaped_fillet(gear, beta)
     half_width, depth = gear.rack_tip_center
-    rolled = half_width - depth * np.tan(beta)  # r phi
-    outward = -np.stack([np.sin(beta), np.cos(beta)], axis=-1)
+    across, down, beside = gear.rack_tip_offset(np.sin(beta), np.cos(beta))
+    rolled = half_width - depth * np.tan(beta) + beside  # r phi
     center = np.stack(
         [rolled - half_width, np.full_like(beta, gear.reference_radius - depth)], -1
     )
     in_space_frame = turn(
-        center + gear.rack_tip_radius * outward, -rolled / gear.reference_radius
+        center - np.stack([across, down], -1), -rolled / gear.reference_radius
     )
     return turn(in_space_frame, 0.5 * gear.pitch_angle)
 

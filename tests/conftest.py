@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import os
+import shutil
 import signal
+from dataclasses import asdict
 
 # before numpy is loaded: workers that share the cores wait for each other's threads
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -14,6 +16,7 @@ import pytest
 from slow_tests import pytest_collection_modifyitems
 
 from meshes import GearPair, SpurGear
+from meshes.helical import HelicalGear
 
 __all__ = ["pytest_collection_modifyitems"]  # a hook of pytest
 
@@ -64,6 +67,12 @@ def make_gear(teeth: int, hub_radius: float, **changes) -> SpurGear:
     return SpurGear(**(values | changes))
 
 
+def make_helical(teeth: int, hub: float, helix_angle_deg: float, **changes):
+    """The gear of `make_gear` along a helix; its section differs in the fillet."""
+    fields = asdict(make_gear(teeth, hub, **changes))
+    return HelicalGear(**fields, helix_angle=math.radians(helix_angle_deg))
+
+
 @pytest.fixture(scope="session")
 def pinion() -> SpurGear:
     return make_gear(38, 15e-3)
@@ -78,3 +87,19 @@ def wheel() -> SpurGear:
 def pair(pinion, wheel) -> GearPair:
     distance = center_distance_at(pinion, wheel, math.radians(21.22))
     return GearPair(pinion, wheel, distance)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    """Headless Chromium."""
+    program = shutil.which("chromium") or shutil.which("chromium-browser")
+    if program is None:
+        pytest.skip("there is no Chromium")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(
+            executable_path=program, args=["--no-sandbox"]
+        )
+        yield chromium
+        chromium.close()

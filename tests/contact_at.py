@@ -21,6 +21,7 @@ from fegear.contact.solve import (
     solve_drive_side,
 )
 from lumped.common.array_types import Array
+from lumped.train.system import LumpedSystem
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,44 @@ def contact_at(
         for on_back, here in enumerate((~back, back))
     ]
     return _together(back, *sides)
+
+
+def integrated_deflection(
+    problem: ContactProblem,
+    system: LumpedSystem,
+    torque: float,
+    state: Array,
+    steps: range,
+    frequency: float,
+    cycle_steps: int,
+) -> list[float]:
+    """Deflection of two rigid gears at steps from 0 on, by classical steps.
+
+    Contact of all pairs is solved anew at each instant; no pair laws.
+
+    state : deflection and its rate at the first step; steps : of the motion,
+        cycle_steps in a mesh cycle
+    """
+    train, radius = system.train, system.train.gears[0].base_radius
+    mass = 1.0 / sum(g.base_radius**2 / g.inertia for g in train.gears)
+    damping = 2.0 * train.damping_ratio * np.sqrt(system.modes.mean_stiffness[0] * mass)
+
+    def slope(x: float, state: Array) -> Array:
+        force = contact_at(problem, [x], [state[0]]).torque[0] / radius
+        push = torque / radius - damping * state[1] - force
+        return np.array([state[1], push / mass])
+
+    h, deflection = 1.0 / (frequency * cycle_steps), []
+    for step in steps:
+        x, half = step / cycle_steps, 0.5 / cycle_steps
+        if step >= 0:
+            deflection.append(state[0])
+        one = slope(x, state)
+        two = slope(x + half, state + 0.5 * h * one)
+        three = slope(x + half, state + 0.5 * h * two)
+        four = slope(x + 2.0 * half, state + h * three)
+        state = state + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
+    return deflection
 
 
 def _one_side(

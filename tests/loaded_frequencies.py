@@ -8,7 +8,7 @@ from fegear.statics.excitation import Excitations
 from fegear.train.loaded_modes import system_of_modes
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
-from validation.random_sets.measuring import (
+from validation.commands.validate.random_sets.measuring import (
     elastic_gears,
     highest_resonance,
     natural_frequencies,
@@ -18,15 +18,15 @@ from validation.random_sets.measuring import (
 
 
 def require_frequencies_of_finite_elements(
-    gear_set: GearSet, torque: float, source: fegear.StiffnessSource
+    gear_set: GearSet, torque: float, source: fegear.ExcitationSettings
 ) -> None:
     """Within 3 %, by equations that share nothing; of modes that strain the meshes."""
-    excitations, springs = Excitations(source), LumpedModel(stiffness=source)
+    excitations, springs = Excitations(source), LumpedModel(excitation=source)
     plain = lumped_system(gear_set, torque, springs, excitations)
     resonance = highest_resonance(plain)
     coupled, _ = system_of_modes(gear_set, torque, springs)
     speeds = speeds_of(resonance, 3)
-    elastic = elastic_gears(gear_set, speeds, excitations.source.statics, 1.0)
+    elastic = elastic_gears(gear_set, speeds, excitations.settings.statics, 1.0)
     model = reduced_gears(gear_set, torque, plain, excitations, elastic)
     ours, theirs = natural_frequencies(coupled, model, elastic, resonance)
     strained = [row[0] for row in ours if row[1] > 0.25 and row[0] < 1.2 * resonance]

@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from validation.bench import benchmark as bench
+from validation.commands.bench import benchmark as bench
 
-SUBJECTS = (
-    *("stiffness", "dynamics", "lumped", "branches", "stability", "eccentric"),
-    *("clatter", "growth", "commands"),
-)
+MODULES = [path.stem for path in Path(bench.__file__).parent.glob("bench_*.py")]
 
 
 def answer_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Replace the measurements of all benchmarks."""
-    for name in SUBJECTS:
-        module = import_module(f"validation.bench.bench_{name}")
-        monkeypatch.setattr(module, "measure", _instead(name))
+    for name in MODULES:
+        module = import_module(f"validation.commands.bench.{name}")
+        monkeypatch.setattr(module, "measure", _instead(name.removeprefix("bench_")))
 
 
 def _instead(name: str) -> Any:

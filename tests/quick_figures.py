@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import fegear
-from validation.reproduce import figure_numbers
+from validation.commands.reproduce.source_figures import figure_numbers
 
 RECORDED = Path(__file__).parent / "validation" / "quick_figures.json"
 DIGITS = 9

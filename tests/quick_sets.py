@@ -6,7 +6,11 @@ import os
 
 from fegear.gearset.model import GearSet
 from lumped.common.progress import Progress
-from validation.random_sets.measuring import COUPLED_UP, REFERENCE, Measured
+from validation.commands.validate.random_sets.measuring import (
+    COUPLED_UP,
+    REFERENCE,
+    Measured,
+)
 
 SOURCES = REFERENCE, COUPLED_UP
 

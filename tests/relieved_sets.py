@@ -8,7 +8,7 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, make_gear_set
-from validation.random_sets import generator
+from validation.commands.validate.random_sets import generator
 
 SEED = 20261125
 

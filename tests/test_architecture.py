@@ -46,9 +46,7 @@ FLOORS = """
     fegear.commands
     validation.oracles validation.pages
     validation.study validation.published
-    validation.bench validation.cracked_tooth
-    validation.random_sets validation.reproduce validation.stress
-    validation.report validation.programs
+    validation.cracked_tooth validation.programs
     validation.commands
     fegear
     fegear.cli

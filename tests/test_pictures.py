@@ -17,9 +17,13 @@ from lumped.attractors.attractor_sweeps import AttractorBranch
 from lumped.attractors.attractors import Attractor
 from lumped.figures.attractor_plots import draw_attractors
 from lumped.figures.drawing import draw_legend, panels
-from validation.report.figures import _number_decades
-from validation.reproduce.drawing import _color, _look, _name
-from validation.reproduce.parts import Curve
+from validation.commands.reproduce.drawing import (
+    _color,
+    _label_without_direction,
+    _line_style,
+)
+from validation.commands.reproduce.parts import Curve
+from validation.commands.validate.report.figures import _number_decades
 
 TORQUES = (50.0, 100.0, 200.0)
 TEETH = {
@@ -148,10 +152,10 @@ def test_color_is_the_torque_and_the_mark_the_method():
         for method in ("finite elements", "model 1")
     ]
     curves = [Curve("dots", ((0.0, 0.0),), label=f"{label}, up") for label in labels]
-    assert [_name(curve) for curve in curves] == labels
+    assert [_label_without_direction(curve) for curve in curves] == labels
     colors = [to_rgb(_color(curve, labels)) for curve in curves]
     assert len(set(colors)) == 3
     assert colors[::2] == colors[1::2]
-    looks = [repr(_look(curve, labels)) for curve in curves]
+    looks = [repr(_line_style(curve, labels)) for curve in curves]
     assert len(set(looks)) == 2
     assert looks[:2] * 3 == looks

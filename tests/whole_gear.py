@@ -201,3 +201,15 @@ def free_gear_displacement(whole, load, inertia):
     system = block_array([[K, column], [column.T, None]]).tocsc()
     solution = splu(system).solve(np.append(basis.T @ load, 0.0))
     return basis @ solution[:-1], 1e9 * solution[-1]
+
+
+def require_same_shapes(modes, whole, tooth, side):
+    """Products of two places, which do not ask how a pair is turned."""
+    for group in same_frequency(modes.frequencies_Hz):
+        for shape_at, normal in ((modes.normal_at, True), (modes.tangential_at, False)):
+            ring = modes.normal_at(0)[group].T @ shape_at(tooth, side)[group]
+            direct = (
+                whole.flank(0, RIGHT)[group].T @ whole.flank(tooth, side, normal)[group]
+            )
+            scale = np.abs(modes.normal).max() ** 2
+            np.testing.assert_allclose(ring, direct, atol=1e-6 * scale)

@@ -11,6 +11,13 @@ from scipy.io import loadmat, netcdf_file
 from fegear.files.matlab import matlab_names
 from fegear.studies.table import tables_of
 from fegear.studies.table_files import columns_of
+from lumped.steady.sweep_table import SweepTable, parse_sweep
+
+
+def read_sweep(path: str) -> SweepTable:
+    """Read a sweep table; raises OSError or TableError if that fails."""
+    with open(path, encoding="utf-8", newline="") as file:
+        return parse_sweep(file.read(), str(path))
 
 
 def require_same(result: Any, path: Path) -> None:

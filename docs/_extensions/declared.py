@@ -152,7 +152,7 @@ def public_names(package: str) -> Lines:
 
 def validation_totals(_: str) -> Lines:
     """How many metrics the models meet, by the committed run of all cases."""
-    from validation.report.totals import committed_totals
+    from validation.commands.validate.report.totals import committed_totals
 
     totals = committed_totals()
     coupled, first = (totals["models"][f"model-{name}"] for name in ("coupled", "1"))

@@ -19,27 +19,29 @@ from fegear.studies.registry import groups, listed
 BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
 INTERRUPTED = "interrupted"
 BROKEN_PIPE = 141  # 128 and the number of the signal, as shells have it
-ABOUT = (
+PROGRAM_HELP = (
     "Spur gears: mesh stiffness and transmission error by finite elements, and the "
     "vibration of gear trains that they excite."
 )
 
-app = typer.Typer(name="fegear", help=ABOUT, cls=group_class(listed()), **TYPER_OPTIONS)
+app = typer.Typer(
+    name="fegear", help=PROGRAM_HELP, cls=group_class(listed()), **TYPER_OPTIONS
+)
 for group in groups().values():
     members = group_class(listed(group.name), f"{group.name} ")
     commands_of_group = typer.Typer(help=group.title, cls=members, **TYPER_OPTIONS)
     app.add_typer(commands_of_group, name=group.name)
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
+def _print_version(is_requested: bool) -> None:
+    if is_requested:
         from fegear.files.version import package_version
 
         print_line(f"fegear {package_version()}")
         raise typer.Exit
 
 
-@app.callback(help=ABOUT)
+@app.callback(help=PROGRAM_HELP)
 def options(
     debug: Annotated[
         bool,
@@ -109,7 +111,7 @@ def run(argv: list[str]) -> int:
     except BaseException as error:
         if debug:
             raise
-        code, message = _explained(error)
+        code, message = _exit_code_and_message(error)
         print_error(message)
         return code
     if code == 130:  # Ctrl-C, turned into a code on the way
@@ -117,7 +119,7 @@ def run(argv: list[str]) -> int:
     return code
 
 
-def _explained(error: BaseException) -> tuple[int, str]:
+def _exit_code_and_message(error: BaseException) -> tuple[int, str]:
     """Exit code and what to say."""
     from fegear.files.errors import InputError, file_error
     from lumped.train.bodies import TrainError

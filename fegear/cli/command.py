@@ -38,32 +38,35 @@ class RefusingCommand(TyperCommand):
         for param in order:
             if counts[param.name] > 1 and not getattr(param, "multiple", True):
                 times = counts[param.name]
-                raise InputError(f"{_option(param)} is given {times} times")
+                raise InputError(f"{_option_name(param)} is given {times} times")
             value = params[param.name]
             values = value if isinstance(value, list | tuple) else [value]
             if "" in values and param.param_type_name == "option":
-                raise InputError(f"{_option(param)} is empty; a value is needed")
+                raise InputError(f"{_option_name(param)} is empty; a value is needed")
         try:
             return super().parse_args(ctx, args)
         except Exception as error:
             wrong: Any = getattr(error, "param", None)
             if wrong is None or params.get(wrong.name) is None:  # missing
                 raise
-            reason = _reason(str(getattr(error, "message", error)))
+            reason = _shown_reason(str(getattr(error, "message", error)))
             value = params[wrong.name]
             shown = ", ".join(value) if isinstance(value, list) else value
-            raise InputError(f"{_option(wrong)} = {shown}; {reason}") from None
+            raise InputError(f"{_option_name(wrong)} = {shown}; {reason}") from None
 
 
-def _option(param: Any) -> str:
+def _option_name(param: Any) -> str:
     return str(max(param.opts, key=len))
 
 
-def _reason(message: str) -> str:
+def _shown_reason(message: str) -> str:
     """Rewrite the parser's message in our style."""
     if "integer" in message:
         return "must be a whole number"
     if "number" in message or "float" in message:
         return "must be a number"
-    _, choices, allowed = message.partition(" is not one of ")
-    return f"allowed are {allowed.rstrip('.')}" if choices else message
+    _, is_choice, allowed = message.partition(" is not one of ")
+    if not is_choice:
+        return message
+    *others, last = allowed.rstrip(".").replace("'", "").split(", ")
+    return f"must be {', '.join(others)} or {last}" if others else f"must be {last}"

@@ -33,10 +33,10 @@ class Ruled(Table):
     def __rich_console__(
         self, console: Console, options: ConsoleOptions
     ) -> RenderResult:
-        for part in self._parts(options.max_width):
+        for part in self._column_slices(options.max_width):
             yield from Table.__rich_console__(part, console, options)
 
-    def _parts(self, room: int) -> Iterator[Table]:
+    def _column_slices(self, room: int) -> Iterator[Table]:
         """Tables of as many columns as fit."""
         first, rest = self.columns[:1], self.columns[1:]
         text_columns = first + [column for column in rest if not column.no_wrap]
@@ -49,7 +49,7 @@ class Ruled(Table):
         for number, span in enumerate(slices):
             part = copy(self)
             shown = [*text_columns, *numbers[span]]
-            part.columns = [replace(one, _index=i) for i, one in enumerate(shown)]
+            part.columns = [replace(column, _index=i) for i, column in enumerate(shown)]
             part.title = None if number else self.title
             yield part
 

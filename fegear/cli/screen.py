@@ -60,7 +60,7 @@ def screen() -> Console:
         def render(
             self, renderable: RenderableType, options: ConsoleOptions | None = None
         ) -> Iterable[Segment]:
-            return map(_harmless, super().render(renderable, options))
+            return map(_printable_segment, super().render(renderable, options))
 
     return Screen(highlight=False, markup=False)
 
@@ -103,7 +103,7 @@ def print_columns(
         console.print(table)
 
 
-def _harmless(segment: Segment) -> Segment:
+def _printable_segment(segment: Segment) -> Segment:
     """Text that is shown; control segments are the console's own."""
     if segment.control:
         return segment

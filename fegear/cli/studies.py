@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import MISSING, make_dataclass, replace
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from inspect import Parameter, Signature
+from typing import TYPE_CHECKING, Any
 
 import typer
 
-from fegear.cli.groups import grouped, named_as_options, option
-from fegear.cli.options import (
-    InThreads,
+from fegear.cli.outputs import (
     Outputs,
-    ResumedOutputs,
-    Workers,
-    refuse_unused_options,
-    require_outputs,
+    check_outputs,
+    make_output_directory,
+    output_parameters,
+    write_outputs,
+)
+from fegear.cli.parameters import (
+    group_value,
+    named_as_options,
+    option_parameter,
+    require_allowed,
+    setting_parameters,
 )
 from fegear.cli.screen import (
     print_announcement,
@@ -27,188 +31,132 @@ from fegear.cli.screen import (
     ruled_table,
     screen,
 )
-from fegear.files.output import (
-    SINGLE_TABLES,
-    make_directory,
-    protected_inputs,
-    require_ending,
-)
+from fegear.files.errors import InputError
+from fegear.files.output import protected_inputs
 from fegear.studies.page import ColumnTable, RowTable
-from fegear.studies.settings import group_of, options_of
+from fegear.studies.settings import group_of
 from fegear.studies.study import Study, files_read
+
+if TYPE_CHECKING:
+    from lumped.common.workers import Cluster
 
 
 def command_of(study_class: type[Study]) -> Callable[..., None]:
     """The command that runs a study, as typer sees it."""
+    group = group_of(study_class)
+    parameters = [
+        *setting_parameters(group),
+        *(_worker_parameters() if study_class.distributes else ()),
+        *output_parameters(study_class),
+    ]
 
-    def command(*, study: Any, workers: Any, outputs: Any) -> None:
-        begin = time.perf_counter()
-        with protected_inputs(files_read(study)):
-            _check_outputs(study, outputs)
-            outputs = _make_directory(study, outputs)
-            result, summary, said = _run_study(study, workers.chosen, outputs)
-        seconds = time.perf_counter() - begin
-        values = {**summary, "wall_time_s": round(seconds, 3)}
-        with named_as_options(group_of(study)):
-            outputs.show(values, lambda _: _show(result, outputs, seconds), said)
-        _exit_with_status(result, outputs)
+    def command(**values: Any) -> None:
+        require_allowed(parameters, values)
+        study = group_value(group, values)
+        _run_command(study, _workers(values), Outputs.of(study_class, values))
 
     command.__doc__ = study_class.description
-    command.__annotations__ = {
-        "study": study_class,
-        "workers": Workers if study_class.distributes else InThreads,
-        "outputs": _outputs_of(study_class),
-    }
-    return grouped(command)
+    command.__dict__["__signature__"] = Signature(parameters)
+    command.__annotations__ = {p.name: p.annotation for p in parameters}
+    return command
 
 
-def _outputs_of(study: type[Study]) -> type[Outputs]:
-    """Options of all files that a study writes."""
-    texts = {**study.more_tables, **study.pictures}
-    texts |= {name: text for name, (text, _) in study.more_files.items()}
-    default = MISSING if study.must_write else None
-    kind = "DIR" if study.folder else None
-    output_option = option(
-        study.output, *study.output_names, default=default, metavar=kind
+def _worker_parameters() -> Iterator[Parameter]:
+    text = "Compute in worker processes of dask.distributed, one a core."
+    yield option_parameter("cluster", bool, text, default=False)
+    text = (
+        "Address of a dask scheduler that runs, such as tcp://host:8786, on whose "
+        "workers to compute. [default: none]"
     )
-    files: list[Any] = (
-        [("output", Path | None, output_option)] if study.output_names else []
-    )
-    files += [(name, Path | None, option(text)) for name, text in texts.items()]
-    if study.resumes:
-        run = f"an interrupted run with the same --{study.checkpoint_beside}"
-        anew = f"Discard {run}."
-        files.append(("resume", bool, option(f"Resume {run}.", default=False)))
-        files.append(("overwrite", bool, option(anew, default=False)))
-    return make_dataclass(
-        "Written",
-        files,
-        bases=(ResumedOutputs if study.resumes else Outputs,),
-        namespace={
-            "endings": study.endings,
-            "checkpoint_beside": study.checkpoint_beside,
-            "folder": study.folder,
-        },
-        frozen=True,
-        kw_only=True,
-    )
+    yield option_parameter("scheduler", str | None, text)
 
 
-def _files(study: Study, outputs: Any) -> dict[str, Path | None]:
-    """Further output files of a study, by name."""
-    names = *study.more_tables, *study.more_files, *study.pictures
-    return {name: getattr(outputs, name) for name in names}
+def _workers(values: Mapping[str, Any]) -> Cluster | None:
+    """Worker processes that compute tasks, None for threads of this process."""
+    from lumped.common.workers import Cluster
+
+    cluster, scheduler = values.get("cluster", False), values.get("scheduler")
+    if cluster and scheduler is not None:
+        raise InputError("--cluster; --scheduler takes its place")
+    return Cluster(scheduler or "") if cluster or scheduler is not None else None
 
 
-def _check_outputs(study: Study, outputs: Any) -> None:
-    """Refuse files that cannot be written and options that would have no effect."""
-    files = _files(study, outputs)
-    written: dict[str, Any] = {"output": outputs.output, **files}
-    names = options_of(group_of(study)) | {name: f"--{name}" for name in written}
-    written |= {n: getattr(outputs, n, False) for n in ("resume", "overwrite")}
-    written = {name: value for name, value in written.items() if value}
-    for name, reason in study.unused_options(written):
-        value = written.get(name, getattr(study, name, None))
-        refuse_unused_options(reason.format_map(names), **{name: value})
-    outputs.require()
-    others = [*filter(None, (outputs.output, files.pop("plot", None)))]
-    for name, path in files.items():
-        if name in study.pictures:
-            require_outputs([], others, path)
-        else:
-            require_ending(path, study.more_files.get(name, ("", SINGLE_TABLES))[1])
-            require_outputs([path], others)
-        others += [path] if path is not None else []
-
-
-def _make_directory(study: Study, outputs: Any) -> Any:
-    """The outputs; the directory of a study that writes one is made."""
-    directory = outputs.output or study.default_output
-    if not study.folder or directory is None:
-        return outputs
-    folder = make_directory(directory)
-    require_outputs([folder / name for name in study.files])
-    return replace(outputs, output=folder)
+def _run_command(study: Study, workers: Cluster | None, outputs: Outputs) -> None:
+    start_time = time.perf_counter()
+    with protected_inputs(files_read(study)):
+        check_outputs(study, outputs)
+        outputs = make_output_directory(study, outputs)
+        result, summary, printed_lines = _run_study(study, workers, outputs)
+    seconds = time.perf_counter() - start_time
+    values = {**summary, "wall_time_s": round(seconds, 3)}
+    with named_as_options(group_of(study)):
+        outputs.show(
+            values, lambda _: _show_result(result, outputs, seconds), printed_lines
+        )
+    _exit_with_status(result, outputs)
 
 
 def _run_study(
-    study: Study, workers: Any, outputs: Any
+    study: Study, workers: Cluster | None, outputs: Outputs
 ) -> tuple[Any, Mapping[str, Any], Sequence[str]]:
     """Run with a progress bar and write the files.
 
     Returns the result, its summary and the lines that were printed before it.
     """
-    from fegear.files.store import NO_CHECKPOINT
     from fegear.studies.running import run
 
-    checkpoint_options, computed = (
-        outputs.checkpoint_options if study.resumes else NO_CHECKPOINT,
-        False,
-    )
+    checkpoint_options, is_computed = outputs.checkpoint_options(study), False
     try:
         with named_as_options(group_of(study)), outputs.progress() as report:
-            said: list[str] = []
+            printed_lines: list[str] = []
 
             def notify(line: str) -> None:
-                said.append(line)
+                printed_lines.append(line)
                 print_announcement(line)
 
             def deliver(result: Any) -> None:
-                nonlocal computed
-                computed = True
+                nonlocal is_computed
+                is_computed = True
                 report("results", 0, 1)
                 if not result.empty:
-                    _write(result, outputs)
+                    write_outputs(result, outputs)
 
-            options = checkpoint_options, report, workers, deliver, notify
-            result = run(study, *options)
-            return result, result.summary, said
+            arguments = checkpoint_options, report, workers, deliver, notify
+            result = run(study, *arguments)
+            return result, result.summary, printed_lines
     except BaseException as error:
-        if computed or isinstance(error, KeyboardInterrupt):
-            _print_checkpoint(outputs)
+        if is_computed or isinstance(error, KeyboardInterrupt):
+            _print_checkpoint(study, outputs)
         raise
 
 
-def _write(result: Any, outputs: Any) -> None:
-    if outputs.output is not None:
-        result.write(outputs.output)
-    for name, path in _files(result.study, outputs).items():
-        if path is None:
-            continue
-        if name in result.study.more_tables:
-            result.write_table(path, name)
-        elif name in result.study.more_files:
-            result.more_files[name](path)
-        else:
-            result.draw(path, name)
-
-
-def _print_checkpoint(outputs: Any) -> None:
-    checkpoint = getattr(outputs, "checkpoint", None)
+def _print_checkpoint(study: Study, outputs: Outputs) -> None:
+    checkpoint = outputs.checkpoint(study)
     if checkpoint is not None and checkpoint.exists():
         print_error(f"{checkpoint} is stored; --resume continues from it")
 
 
-def _exit_with_status(result: Any, outputs: Any) -> None:
+def _exit_with_status(result: Any, outputs: Outputs) -> None:
     """Exit code 1 after a failure, 130 after Ctrl-C; files are written by then."""
     if result.complete:
         return
-    output_path = getattr(outputs, result.study.checkpoint_beside)
-    written = output_path is not None and not result.empty
+    paths = {"output": outputs.output, **outputs.files}
+    output_path = paths.get(result.study.checkpoint_beside)
+    is_written = output_path is not None and not result.empty
     message = (
         f"finished {'parts' if result.study.folder else 'rows'} are in {output_path}"
     )
     if result.failure:
-        print_error(f"{result.failure}; {message}" if written else result.failure)
-    elif written:
+        print_error(f"{result.failure}; {message}" if is_written else result.failure)
+    elif is_written:
         print_error(message)
-    _print_checkpoint(outputs)
+    _print_checkpoint(result.study, outputs)
     if result.failure:
         raise typer.Exit(1)
     raise KeyboardInterrupt
 
 
-def _show(result: Any, outputs: Any, seconds: float) -> None:
+def _show_result(result: Any, outputs: Outputs, seconds: float) -> None:
     console = screen()
     for part in result.page():
         if isinstance(part, RowTable):

@@ -115,6 +115,9 @@ def finite_pressures(
 
     torque : index of one of the cycle's torques
     """
+    if cycle.face is not None:
+        finite = np.where(cycle.face.on_path, cycle.face.pressure[torque], 0.0)
+        return np.asarray(problem.plane_strain_pressure * finite.max(axis=2))
     is_sharp = edge_pairs(problem, cycle, torque)
     finite = np.where(is_sharp, 0.0, cycle.pressure[torque])
     return np.asarray(problem.plane_strain_pressure * finite)

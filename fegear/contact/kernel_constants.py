@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import ContactFailure, ContactProblem
 from fegear.gearset.faults.tooth_faults import MAX_SPALLS
 from fegear.gearset.modifications import Relief
 from lumped.common.array_types import Array, Indices
@@ -54,24 +54,30 @@ def kernel_constants(
     from fegear.contact.cycle import Constants
     from fegear.contact.grid import contact_grid
 
+    if problem.face is not None:
+        raise ContactFailure("loads that vary over the face width have no patches")
     mesh, flanks, tables = kernel_inputs(problem)
-    of_pairs = np.tile(flanks, (pairs, 1)).view(np.recarray)
-    count = tables.shape[3]
-    changes = np.zeros((2, 2, 0, count, count))
+    flanks_of_pairs = np.tile(flanks, (pairs, 1)).view(np.recarray)
+    n_flank_points = tables.shape[3]
+    changes = np.zeros((2, 2, 0, n_flank_points, n_flank_points))
     faults = problem.driver.faults, problem.driven.faults
     for gear, teeth in enumerate(conditions.teeth or ()):
-        of_gear = faults[gear]
-        if of_gear is None:
+        gear_faults = faults[gear]
+        if gear_faults is None:
             continue
         for k, tooth in enumerate(teeth.tolist()):
-            of_gear.change_flank(of_pairs[k, gear], tooth, lowest_rolls(problem)[gear])
-        change = of_gear.changes(teeth.tolist())
+            gear_faults.change_flank(
+                flanks_of_pairs[k, gear], tooth, lowest_rolls(problem)[gear]
+            )
+        change = gear_faults.changes(teeth.tolist())
         if change is not None:
             if changes.size == 0:
-                changes = np.zeros((2, 2, pairs * pairs, count, count))
+                changes = np.zeros(
+                    (2, 2, pairs * pairs, n_flank_points, n_flank_points)
+                )
             changes[gear] = change.reshape(changes[gear].shape)
     grid = contact_grid(problem.nodes)
-    return Constants(mesh, of_pairs, tables, changes, conditions.lines, grid)
+    return Constants(mesh, flanks_of_pairs, tables, changes, conditions.lines, grid)
 
 
 def with_rootward(constants: Constants, problem: ContactProblem) -> Constants | None:
@@ -82,10 +88,14 @@ def with_rootward(constants: Constants, problem: ContactProblem) -> Constants | 
     from fegear.elasticity.cache import cached_rootward_compliance
 
     origins = [flank.compliance.origin for flank in problem.flanks]
-    rootward = [[cached_rootward_compliance(o)] for o in origins if o is not None]
-    if len(rootward) < 2:
+    rootward_tables = [
+        [cached_rootward_compliance(o)] for o in origins if o is not None
+    ]
+    if len(rootward_tables) < 2:
         return None
-    return constants._replace(tables=np.concatenate([constants.tables, rootward], 1))
+    return constants._replace(
+        tables=np.concatenate([constants.tables, rootward_tables], 1)
+    )
 
 
 def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Array]:
@@ -103,7 +113,7 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
         problem.corner_contact,
     )
     gears = (pair.driver, pair.driven)
-    lowest = lowest_rolls(problem)
+    lowest_roll_lengths = lowest_rolls(problem)
     flanks = np.zeros(2, FLANK).view(np.recarray)
     for i, (gear, flank) in enumerate(zip(gears, problem.flanks, strict=True)):
         c, (tip, root) = flank.compliance, flank.reliefs
@@ -120,8 +130,8 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
             1.0 if c.split else 0.0,
             gear.form_roll_length if gear.is_undercut else 0.0,
             _relief_record(tip, gear.tip_roll_length),
-            _relief_record(root, lowest[i]),
-            profile_record(flank.profile, lowest[i], gear.tip_roll_length),
+            _relief_record(root, lowest_roll_lengths[i]),
+            profile_record(flank.profile, lowest_roll_lengths[i], gear.tip_roll_length),
             NO_SPALLS,
         )
     tables = np.array(

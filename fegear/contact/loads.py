@@ -46,7 +46,7 @@ def patch_loads(
     Raises ValueError for a torque that is not positive.
     """
     if not torque > 0.0:
-        raise ValueError(f"torque must be positive, got {torque}")
+        raise ValueError(f"torque = {torque}; must be positive")
     solved = run_kernel(problem, np.array([torque]), np.array([position]))
     touching = np.flatnonzero(solved.nodes.force.any(axis=1))
     return [patch_load(problem, solved, int(k)) for k in touching]

@@ -26,7 +26,7 @@ N_INTERVALS = 32  # of penetration in a load curve, denser toward zero
 PAIR_RANGE_FACTOR = 3.0
 # penetration at which the load's centre is taken
 REPRESENTATIVE_INDEX = N_INTERVALS // 3
-MAX_KEPT = 32  # load curves of sides of meshes, of some 0.3 MB each
+MAX_CACHED = 32  # load curves of sides of meshes, of some 0.3 MB each
 OPEN_GAP = 1e-2  # [m] beyond any deflection
 NOMINAL, REVERSED = 0, 1  # friction
 
@@ -75,9 +75,9 @@ def pair_load_curves(
     Those that were solved last are kept: planets have equal teeth, and so have gear
     sets that differ in what does not touch.
     """
-    teeth = _teeth(problem)
+    teeth = _teeth_and_settings(problem)
     request = _Request(problem, teeth, position.tobytes(), max_penetration, back)
-    return (_solve if teeth is None else _kept)(request)
+    return (_solve_load_curves if teeth is None else _solve_cached)(request)
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class _Request:
     back: bool
 
 
-def _teeth(problem: ContactProblem) -> tuple[object, ...] | None:
+def _teeth_and_settings(problem: ContactProblem) -> tuple[object, ...] | None:
     """All of a problem that load curves depend on; None where it cannot be told."""
     flanks = problem.flanks
     if any(flank.compliance.origin is None or flank.faults for flank in flanks):
@@ -106,41 +106,50 @@ def _teeth(problem: ContactProblem) -> tuple[object, ...] | None:
     return tuple(values)
 
 
-@lru_cache(maxsize=MAX_KEPT)
-def _kept(request: _Request) -> PairLoadCurves:
-    return _solve(request)
+@lru_cache(maxsize=MAX_CACHED)
+def _solve_cached(request: _Request) -> PairLoadCurves:
+    return _solve_load_curves(request)
 
 
-def _solve(request: _Request) -> PairLoadCurves:
+def _solve_load_curves(request: _Request) -> PairLoadCurves:
     # numba would compile kernels once more for an array that cannot be written
     problem, position = request.problem, np.frombuffer(request.position).copy()
     max_penetration, back = request.max_penetration, request.back
     side_position = back_side_position(problem.pair, position) if back else position
-    candidates = candidate_pairs(problem.pair, side_position)
-    closest = _closest(problem, candidates, side_position)
+    candidate_teeth = candidate_pairs(problem.pair, side_position)
+    unloaded_flanks = _solve_unloaded_flanks(problem, candidate_teeth, side_position)
     penetration = max_penetration * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
-    gap = closest.gap
-    selected = np.flatnonzero(gap.min(axis=0) < PAIR_RANGE_FACTOR * max_penetration)
-    teeth, arc = candidates[selected], closest.cells.arc[:, selected]
-    load = np.zeros((side_position.size, selected.size, 2, penetration.size))
-    pressure = np.zeros((side_position.size, selected.size, penetration.size))
-    for column, k in enumerate(selected):
-        facing, solutions = _pressed(
-            problem, teeth[column], side_position, closest.pair(int(k)), penetration
+    gap = unloaded_flanks.gap
+    selected_pairs = np.flatnonzero(
+        gap.min(axis=0) < PAIR_RANGE_FACTOR * max_penetration
+    )
+    teeth, arc = (
+        candidate_teeth[selected_pairs],
+        unloaded_flanks.cells.arc[:, selected_pairs],
+    )
+    load = np.zeros((side_position.size, selected_pairs.size, 2, penetration.size))
+    pressure = np.zeros((side_position.size, selected_pairs.size, penetration.size))
+    for column, k in enumerate(selected_pairs):
+        facing_positions, solutions = _solve_penetrations(
+            problem,
+            teeth[column],
+            side_position,
+            unloaded_flanks.pair(int(k)),
+            penetration,
         )
-        load[:, column], pressure[:, column] = _loads(
-            problem, facing, solutions, side_position.size
+        load[:, column], pressure[:, column] = _loads_and_pressures(
+            problem, facing_positions, solutions, side_position.size
         )
-        arc[facing, column] = solutions[0].arc[:, REPRESENTATIVE_INDEX]
-    turn = closest.cells.turn[:, selected]
+        arc[facing_positions, column] = solutions[0].arc[:, REPRESENTATIVE_INDEX]
+    turn = unloaded_flanks.cells.turn[:, selected_pairs]
     normal, tangential = pair_coupling(problem, teeth, arc, turn)
     return PairLoadCurves(
         pair_offsets=-teeth if back else teeth,
-        gap=gap[:, selected],
-        moment_arms=closest.cells.moment_arms[:, selected],
+        gap=gap[:, selected_pairs],
+        moment_arms=unloaded_flanks.cells.moment_arms[:, selected_pairs],
         arc=arc,
         turn=turn,
-        sliding_sign=closest.cells.sliding_sign[:, selected],
+        sliding_sign=unloaded_flanks.cells.sliding_sign[:, selected_pairs],
         penetration=penetration,
         load=load,
         pressure=pressure,
@@ -164,7 +173,7 @@ class ToothLoadCurves:
 def tooth_load_curves(
     problem: ContactProblem,
     position: Array,
-    alike: PairLoadCurves,
+    alike_curves: PairLoadCurves,
     teeth: tuple[int, int],
     back: bool = False,
 ) -> ToothLoadCurves:
@@ -172,38 +181,47 @@ def tooth_load_curves(
 
     position : (n,) of the drive side, as of the curves of the other teeth
     teeth : of driver and driven gear, as in `PairTeeth`
-    alike : of the other teeth, whose pairs and penetrations are taken
+    alike_curves : of the other teeth, whose pairs and penetrations are taken
     """
-    load, pressure = np.zeros_like(alike.load), np.zeros_like(alike.pressure)
-    meeting = PairTeeth(*(np.array([tooth]) for tooth in teeth))
-    if missing_pairs(problem, meeting).any():
-        return ToothLoadCurves(np.full_like(alike.gap, OPEN_GAP), load, pressure)
+    load, pressure = (
+        np.zeros_like(alike_curves.load),
+        np.zeros_like(alike_curves.pressure),
+    )
+    pair_teeth = PairTeeth(*(np.array([tooth]) for tooth in teeth))
+    if missing_pairs(problem, pair_teeth).any():
+        return ToothLoadCurves(np.full_like(alike_curves.gap, OPEN_GAP), load, pressure)
     side_position = back_side_position(problem.pair, position) if back else position
-    pairs = -alike.pair_offsets if back else alike.pair_offsets
-    closest = _closest(problem, pairs, side_position, teeth)
+    pairs = -alike_curves.pair_offsets if back else alike_curves.pair_offsets
+    unloaded_flanks = _solve_unloaded_flanks(problem, pairs, side_position, teeth)
     for column, pair in enumerate(pairs):
-        facing, solutions = _pressed(
-            *(problem, pair, side_position, closest.pair(column), alike.penetration),
+        facing_positions, solutions = _solve_penetrations(
+            *(
+                problem,
+                pair,
+                side_position,
+                unloaded_flanks.pair(column),
+                alike_curves.penetration,
+            ),
             teeth,
         )
-        load[:, column], pressure[:, column] = _loads(
-            problem, facing, solutions, side_position.size
+        load[:, column], pressure[:, column] = _loads_and_pressures(
+            problem, facing_positions, solutions, side_position.size
         )
-    return ToothLoadCurves(closest.gap, load, pressure)
+    return ToothLoadCurves(unloaded_flanks.gap, load, pressure)
 
 
-def _conditions(
+def _conditions_of_pairs(
     pairs: int, teeth: tuple[int, int] | None, friction_reversed: bool = False
 ) -> Conditions:
     """Conditions of some number of pairs of the same teeth."""
     if teeth is None:
         return Conditions(friction_reversed=friction_reversed)
-    of_pairs = PairTeeth(*(np.full(pairs, tooth, np.int64) for tooth in teeth))
-    return Conditions(of_pairs, friction_reversed=friction_reversed)
+    pair_teeth = PairTeeth(*(np.full(pairs, tooth, np.int64) for tooth in teeth))
+    return Conditions(pair_teeth, friction_reversed=friction_reversed)
 
 
 @dataclass(frozen=True)
-class _Closest:
+class _UnloadedFlanks:
     """Flanks of k pairs that do not touch, at n positions.
 
     cells : (n, k) of the kernel
@@ -223,33 +241,33 @@ class _Closest:
         """Gap as in `PairLoadCurves`."""
         return np.where(self.facing, self.cells.gap * self.closing_rate, OPEN_GAP)
 
-    def pair(self, k: int) -> _Closest:
+    def pair(self, k: int) -> _UnloadedFlanks:
         """One of the pairs."""
         cells = self.cells[:, k].view(np.recarray)
-        return _Closest(cells, self.closing_rate[:, k])
+        return _UnloadedFlanks(cells, self.closing_rate[:, k])
 
 
-def _closest(
+def _solve_unloaded_flanks(
     problem: ContactProblem,
     pairs: NDArray[np.int64],
     side_position: Array,
     teeth: tuple[int, int] | None = None,
-) -> _Closest:
+) -> _UnloadedFlanks:
     no_pitch_errors = np.zeros((side_position.size, pairs.size))
     _, cells = solve_drive_side(
         *(problem, pairs, no_pitch_errors, side_position),
         np.zeros(side_position.size),
-        _conditions(pairs.size, teeth),
+        _conditions_of_pairs(pairs.size, teeth),
     )
     rate = cells.moment_arms[..., 0] / problem.pair.driver.base_radius
-    return _Closest(cells, rate)
+    return _UnloadedFlanks(cells, rate)
 
 
-def _pressed(
+def _solve_penetrations(
     problem: ContactProblem,
     pair: np.int64,
     side_position: Array,
-    closest: _Closest,
+    unloaded_flanks: _UnloadedFlanks,
     penetration: Array,
     teeth: tuple[int, int] | None = None,
 ) -> tuple[NDArray[np.intp], tuple[np.recarray, ...]]:
@@ -257,22 +275,26 @@ def _pressed(
 
     With friction as is nominal and, where there is any, reversed.
     """
-    facing = np.flatnonzero(closest.facing)
-    ste = closest.cells.gap[facing, None]
-    ste = ste + penetration[1:] / closest.closing_rate[facing, None]
+    facing_positions = np.flatnonzero(unloaded_flanks.facing)
+    ste = unloaded_flanks.cells.gap[facing_positions, None]
+    ste = ste + penetration[1:] / unloaded_flanks.closing_rate[facing_positions, None]
     directions = (False, True) if problem.friction > 0.0 else (False,)
     solutions = (
         _solve_pair(
-            problem, pair, side_position[facing], ste, _conditions(1, teeth, reversed_)
+            problem,
+            pair,
+            side_position[facing_positions],
+            ste,
+            _conditions_of_pairs(1, teeth, friction_reversed),
         )
-        for reversed_ in directions
+        for friction_reversed in directions
     )
-    return facing, tuple(solutions)
+    return facing_positions, tuple(solutions)
 
 
-def _loads(
+def _loads_and_pressures(
     problem: ContactProblem,
-    facing: NDArray[np.intp],
+    facing_positions: NDArray[np.intp],
     solutions: tuple[np.recarray, ...],
     positions: int,
 ) -> tuple[Array, Array]:
@@ -280,11 +302,16 @@ def _loads(
 
     Pressures are those of plane strain.
     """
-    count = solutions[0].shape[1] + 1
-    load, pressure = np.zeros((positions, 2, count)), np.zeros((positions, count))
-    load[facing, :, 1:] = (solutions[NOMINAL].load * problem.face_width)[:, None]
-    load[facing, REVERSED, 1:] = solutions[-1].load * problem.face_width
-    pressure[facing, 1:] = solutions[NOMINAL].pressure
+    n_penetrations = solutions[0].shape[1] + 1
+    load, pressure = (
+        np.zeros((positions, 2, n_penetrations)),
+        np.zeros((positions, n_penetrations)),
+    )
+    load[facing_positions, :, 1:] = (solutions[NOMINAL].load * problem.face_width)[
+        :, None
+    ]
+    load[facing_positions, REVERSED, 1:] = solutions[-1].load * problem.face_width
+    pressure[facing_positions, 1:] = solutions[NOMINAL].pressure
     pressure *= problem.plane_strain_pressure
     return load, pressure
 
@@ -322,10 +349,14 @@ def pair_coupling(
     """
     _, flanks, tables = kernel_inputs(problem)
     positions, pairs = arc.shape[:2]
-    count = tables.shape[3]
+    n_flank_points = tables.shape[3]
     stencils = [
         flank_stencils(
-            arc[..., g], flank.length, flank.grading, count, flank.undercut_roll > 0.0
+            arc[..., g],
+            flank.length,
+            flank.grading,
+            n_flank_points,
+            flank.undercut_roll > 0.0,
         )
         for g, flank in enumerate(flanks)
     ]
@@ -339,18 +370,32 @@ def pair_coupling(
         for g, (first, weight) in enumerate(stencils):
             # ahead is to the right on the driver, to the left on the driven gear
             offset = tooth_offset if g == 0 else -tooth_offset
-            here, there = ((first[:, p], weight[:, p]) for p in (receiver, source))
-            ahead, behind = max_tooth_offset + offset, max_tooth_offset - offset
-            by_normal = _interpolate_table(tables[g, 0, ahead], here, there)
-            rootward = _interpolate_table(tables[g, 1, ahead], here, there)
+            receiver_stencil, source_stencil = (
+                (first[:, p], weight[:, p]) for p in (receiver, source)
+            )
+            ahead_index, behind_index = (
+                max_tooth_offset + offset,
+                max_tooth_offset - offset,
+            )
+            normal_by_normal = _interpolate_table(
+                tables[g, 0, ahead_index], receiver_stencil, source_stencil
+            )
+            rootward_by_normal = _interpolate_table(
+                tables[g, 1, ahead_index], receiver_stencil, source_stencil
+            )
             # normal displacement under loads toward the root, by Maxwell's theorem
-            by_rootward = _interpolate_table(tables[g, 1, behind], there, here)
+            normal_by_rootward = _interpolate_table(
+                tables[g, 1, behind_index], source_stencil, receiver_stencil
+            )
             c, s = cosine[:, receiver, g], turn[:, receiver, g]
-            read_normal, read_rootward = c * by_normal + s * rootward, c * by_rootward
+            receiver_by_normal, receiver_by_rootward = (
+                c * normal_by_normal + s * rootward_by_normal,
+                c * normal_by_rootward,
+            )
             c, s = cosine[:, source, g], turn[:, source, g]
             entry = slice(None), receiver, source
-            normal[entry] += c * read_normal + s * read_rootward
-            tangential[entry] += c * read_rootward - s * read_normal
+            normal[entry] += c * receiver_by_normal + s * receiver_by_rootward
+            tangential[entry] += c * receiver_by_rootward - s * receiver_by_normal
     return normal / problem.face_width, tangential / problem.face_width
 
 

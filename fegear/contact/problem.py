@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.contact.face import FaceContact, FaceLoads
 from fegear.contact.offset_centers import CenterOffset
 from fegear.contact.tooth_faults import ToothFaults
 from fegear.elasticity.flank import FlankCompliance
@@ -45,6 +46,7 @@ class ContactProblem:
     friction : Coulomb coefficient
     corner_contact : whether tip corners touch outside the nominal path
     nodes : of the contact patch of each tooth pair
+    face : what varies over the face width, None where loads are uniform over it
     plane_stress_pressure, plane_strain_pressure : contact pressure in that plane over
         that in the plane of the compliances; material below a narrow contact is in
         plane strain
@@ -57,6 +59,7 @@ class ContactProblem:
     friction: float = 0.0
     corner_contact: bool = True
     nodes: int = 25
+    face: FaceContact | None = None
     plane_stress_pressure: float = 1.0
     plane_strain_pressure: float = 1.0
 
@@ -64,15 +67,15 @@ class ContactProblem:
         shapes = [flank.compliance.normal.shape for flank in self.flanks]
         if shapes[0] != shapes[1]:
             raise ValueError(
-                "driver and driven compliance must have equally many flank points, "
-                f"got {shapes[0]} and {shapes[1]}"
+                f"shapes of compliances = {shapes[0]} and {shapes[1]}; must have "
+                "equally many flank points"
             )
         if not self.face_width > 0.0:
-            raise ValueError(f"face_width must be positive, got {self.face_width}")
+            raise ValueError(f"face_width = {self.face_width}; must be positive")
         if not 0.0 <= self.friction < 0.5:
-            raise ValueError(f"friction must be in [0, 0.5), got {self.friction}")
+            raise ValueError(f"friction = {self.friction}; must be in [0, 0.5)")
         if self.nodes < 5:
-            raise ValueError(f"nodes must be at least 5, got {self.nodes}")
+            raise ValueError(f"nodes = {self.nodes}; must be at least 5")
 
     @property
     def flanks(self) -> tuple[ContactFlank, ContactFlank]:
@@ -120,6 +123,7 @@ class ContactCycle:
         flanks without relief
     driven_torque : (t, n) reaction of the driven gear [N m]
     residual : (t, n) of the complementarity problem, relative
+    face : loads over the face width, None where they are uniform
     """
 
     torque: Array
@@ -141,6 +145,7 @@ class ContactCycle:
     closing: Array
     driven_torque: Array
     residual: Array
+    face: FaceLoads | None = None
 
     @property
     def mesh_force(self) -> Array:
@@ -176,8 +181,12 @@ def corner_pairs(
     problem: ContactProblem, cycle: ContactCycle, torque: int
 ) -> NDArray[np.bool_]:
     """Whether the nominal contact of a loaded pair (n, k) is off the path, or within a
-    Hertz width of its end, at one torque.
+    Hertz width of its end, at one torque; that of all its loaded slices, where loads
+    vary over the face width.
     """
+    if cycle.face is not None:
+        loaded, on_path = cycle.face.load[torque] != 0.0, cycle.face.on_path
+        return np.asarray(loaded.any(axis=2) & ~(loaded & on_path).any(axis=2))
     pair = problem.pair
     # pairs count anew in each base pitch
     position = cycle.position - np.floor(cycle.position)

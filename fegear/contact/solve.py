@@ -43,15 +43,17 @@ def solve_cycle(
     position = np.atleast_1d(np.asarray(positions, float))
     pitch = np.broadcast_to(np.asarray(pitches, np.int64), position.shape)
     if not (np.isfinite(torque).all() and (torque != 0.0).all()):
-        raise ValueError(f"torques must be finite and not zero, got {torque.tolist()}")
+        raise ValueError(f"torques = {torque.tolist()}; must be finite and not zero")
     if not np.isfinite(position).all():
-        raise ValueError(f"positions must be finite, got {position.tolist()}")
+        raise ValueError(f"positions = {position.tolist()}; must be finite")
+    if (torque > 0.0).all() and problem.face is not None:
+        return solve_over_face(problem, torque, position, pitch)
     if (torque > 0.0).all():
         solved = run_kernel(problem, torque, position, pitch, with_rates=with_slopes)
-        return _collect(problem, torque, position + pitch, solved)
+        return _contact_cycle(problem, torque, position + pitch, solved)
     if (torque < 0.0).all():
         return _solve_back_side(problem, torque, position, pitch, with_slopes)
-    raise ValueError(f"torques must have one sign, got {torque.tolist()}")
+    raise ValueError(f"torques = {torque.tolist()}; must have one sign")
 
 
 def back_side_position(pair: GearPair, position: ArrayLike) -> Array:
@@ -73,8 +75,11 @@ def _solve_back_side(
 ) -> ContactCycle:
     mirrored = back_side_position(problem.pair, position)
     of_back = with_back_flanks(problem)
-    solved = run_kernel(of_back, -torque, mirrored, -pitch, True, with_slopes)
-    cycle = _collect(of_back, -torque, mirrored, solved)
+    if of_back.face is not None:
+        cycle = solve_over_face(of_back, -torque, mirrored, -pitch, back=True)
+    else:
+        solved = run_kernel(of_back, -torque, mirrored, -pitch, True, with_slopes)
+        cycle = _contact_cycle(of_back, -torque, mirrored, solved)
     backlash = problem.pair.backlash
     return replace(
         cycle,
@@ -87,6 +92,30 @@ def _solve_back_side(
         load=-cycle.load,
         driven_torque=-cycle.driven_torque,
     )
+
+
+def solve_over_face(
+    problem: ContactProblem,
+    torque: Array,
+    position: Array,
+    pitch: Indices,
+    back: bool = False,
+) -> ContactCycle:
+    """Solve at positive torques (t,) [N m] and positions (n,), slice by slice.
+
+    pitch, back : as of `run_kernel`
+    """
+    from fegear.contact.face_solve import solve_face
+
+    face = problem.face
+    if face is None:
+        raise ValueError("face = None; loads are uniform over the width")
+    half = 0.5 * face.overlap(problem.pair.driver)
+    reached = np.array([position.min() - half, position.max() + half])
+    teeth = candidate_pairs(problem.pair, reached)
+    gaps = pair_gaps(problem, teeth - pitch[:, None], back)
+    cycle = solve_face(problem, face, torque, position, gaps, teeth)
+    return replace(cycle, position=position + pitch)
 
 
 def run_kernel(
@@ -138,14 +167,15 @@ def kernel_torques(problem: ContactProblem, torque: Array, positions: int) -> Ar
 
 
 def with_back_flanks(problem: ContactProblem) -> ContactProblem:
-    """The problem with the faults that back flanks have."""
+    """The problem with the faults and the helix that back flanks have."""
     driver, driven = (
         flank
         if flank.faults is None
         else replace(flank, faults=flank.faults.on_back_flanks)
         for flank in problem.flanks
     )
-    return replace(problem, driver=driver, driven=driven)
+    face = None if problem.face is None else problem.face.mirrored
+    return replace(problem, driver=driver, driven=driven, face=face)
 
 
 def different_teeth(
@@ -174,31 +204,38 @@ def _solve_groups(
     gaps: Array,
     position: Array,
     targets: Array,
-    state: tuple[PairTeeth, Conditions],
+    teeth_and_conditions: tuple[PairTeeth, Conditions],
 ) -> KernelResult:
     """Run the kernel for the positions of each set of teeth in the pairs.
 
-    state : teeth (n, k) that differ, and the other conditions
+    teeth_and_conditions : teeth (n, k) that differ, and the other conditions
     """
     from fegear.contact.cycle import TORQUE
 
-    different, conditions = state
+    different, conditions = teeth_and_conditions
     lines = conditions.lines
     work = workspace(teeth.size, problem.nodes)
     result = empty_result(teeth, targets.shape, work, conditions.with_rates)
-    both = np.concatenate(different, axis=1)
-    groups, group = np.unique(both, axis=0, return_inverse=True)
+    teeth_of_both_gears = np.concatenate(different, axis=1)
+    groups, group = np.unique(teeth_of_both_gears, axis=0, return_inverse=True)
     for number in range(len(groups)):
-        places = np.flatnonzero(group.ravel() == number)
-        here = conditions._replace(
-            teeth=PairTeeth(*(part[places[0]] for part in different)),
-            lines=lines[places] if lines.size else lines,
+        group_positions = np.flatnonzero(group.ravel() == number)
+        group_conditions = conditions._replace(
+            teeth=PairTeeth(
+                *(gear_teeth[group_positions[0]] for gear_teeth in different)
+            ),
+            lines=lines[group_positions] if lines.size else lines,
         )
         solved = solve_pairs(
-            problem, teeth, gaps[places], position[places], TORQUE, targets[:, places],
-            here,
-        )  # fmt: skip
-        result.replace_at(places, solved)
+            problem,
+            teeth,
+            gaps[group_positions],
+            position[group_positions],
+            TORQUE,
+            targets[:, group_positions],
+            group_conditions,
+        )
+        result.replace_at(group_positions, solved)
     return result._replace(patches=solved.patches, nodes=solved.nodes)
 
 
@@ -226,7 +263,7 @@ def solve_pair_alone(
         problem, teeth, gaps, positions, TORQUE, targets, Conditions(different)
     )
     _require_solved(solved.rows, torques, positions)
-    return _collect(problem, torques, positions, solved)
+    return _contact_cycle(problem, torques, positions, solved)
 
 
 def solve_drive_side(
@@ -287,7 +324,7 @@ def _require_solved(rows: np.recarray, torque: Array, position: Array) -> None:
         )
 
 
-def _collect(
+def _contact_cycle(
     problem: ContactProblem,
     torque: Array,
     position: Array,

@@ -57,14 +57,14 @@ def cached_static_inertia(sector: CyclicSector, density: float, arc: float) -> f
     return float(arrays["inertia"])
 
 
-def gears_modes(
+def lowest_modes_of_gears(
     gear_set: GearSet, settings: StaticsSettings, reference: LumpedSystem
 ) -> list[GearModes]:
     """The lowest modes of every gear, by families of nodal diameters.
 
     reference : the lumped system (Model-1), whose resonances harmonics excite
     """
-    highest = CUTOFF_FACTOR * float(_resonances(reference).max(initial=0.0))
+    highest = CUTOFF_FACTOR * float(reference.modes.mesh_resonances_Hz.max(initial=0.0))
     return [
         cached_lowest_modes(
             *(settings.sector(gear), gear.density),
@@ -81,12 +81,6 @@ def gears_modes(
 def _max_nodal_diameters(gear: Gear) -> int:
     """Number of nodal diameters below half the number of teeth."""
     return (gear.geometry.teeth + 1) // 2
-
-
-def _resonances(system: LumpedSystem) -> Array:
-    """Natural frequencies [Hz] of modes that strain the meshes, without body modes."""
-    strained = system.modes.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY
-    return np.asarray(system.modes.frequency_Hz[strained])
 
 
 def static_inertias(
@@ -106,9 +100,11 @@ def static_inertias(
         contact = int(np.flatnonzero(side.load_curves.pair_offsets == pair)[0])
         for g in side.gears:
             gear = gear_set.gears[g]
-            body = settings.sector(gear), gear.density
+            sector_and_density = settings.sector(gear), gear.density
             arc = float(side.arcs(g)[position_index, contact])
-            inertias[side.mesh] += cached_static_inertia(*body, arc) / gear.face_width
+            inertias[side.mesh] += (
+                cached_static_inertia(*sector_and_density, arc) / gear.face_width
+            )
     return inertias
 
 
@@ -129,34 +125,38 @@ def body_modes(
     ]
     modal = modal_matrices(gear_set, reference, elastic)
     jacobian = contact_rows(gear_set, reference, sides, elastic, 0.0)
-    is_travelling, number = (
+    is_travelling, n_modes = (
         modal.partner != np.arange(modal.gear_of_mode.size),
         modal.gear_of_mode.size,
     )
-    first = is_travelling & (modal.partner > np.arange(number))
-    order = np.argsort(
-        is_travelling.astype(int) + (is_travelling & ~first), kind="stable"
+    is_first_of_pair = is_travelling & (modal.partner > np.arange(n_modes))
+    mode_order = np.argsort(
+        is_travelling.astype(int) + (is_travelling & ~is_first_of_pair), kind="stable"
     )
-    phase_per_tooth = np.arctan2(modal.sine, modal.cosine) * np.where(first, 1.0, -1.0)
+    phase_per_tooth = np.arctan2(modal.sine, modal.cosine) * np.where(
+        is_first_of_pair, 1.0, -1.0
+    )
     phase_per_tooth = np.where(
         is_travelling, phase_per_tooth, 0.0
     )  # of a mode by the pitch of a tooth
     rate = _mesh_rates(gear_set, reference)[modal.gear_of_mode]
-    rows = _to_fixed_frame(
-        _mode_rows(jacobian, modal), modal.partner, first, phase_per_tooth
+    rows = _rows_in_fixed_frame(
+        _mode_rows(jacobian, modal), modal.partner, is_first_of_pair, phase_per_tooth
     )
-    coupling = (modal.coupling[:, None] * modal.rotation[modal.gear_of_mode])[order]
+    coupling = (modal.coupling[:, None] * modal.rotation[modal.gear_of_mode])[
+        mode_order
+    ]
     unstrained_coupling = np.delete(coupling, reference.moving, axis=1)
     return BodyModes(
-        angular=np.sqrt(modal.rigidity)[order],
-        damping=modal.elastic_damping[order],
+        angular=np.sqrt(modal.rigidity)[mode_order],
+        damping=modal.elastic_damping[mode_order],
         coupling=coupling[:, reference.moving],
         # hubs that no mesh strains follow freely: z'' = -G'e''
-        mass=np.eye(number) - unstrained_coupling @ unstrained_coupling.T,
-        rows=np.ascontiguousarray(rows[..., order]),
-        whirl=(phase_per_tooth / (2.0 * np.pi) * rate)[order],
-        gears=modal.gear_of_mode[order],
-        nodal_diameters=np.concatenate([m.nodal_diameters for m in modes])[order],
+        mass=np.eye(n_modes) - unstrained_coupling @ unstrained_coupling.T,
+        rows=np.ascontiguousarray(rows[..., mode_order]),
+        whirl=(phase_per_tooth / (2.0 * np.pi) * rate)[mode_order],
+        gears=modal.gear_of_mode[mode_order],
+        nodal_diameters=np.concatenate([m.nodal_diameters for m in modes])[mode_order],
     )
 
 
@@ -174,26 +174,37 @@ def _mode_rows(jacobian: ContactJacobian, modal: ModalMatrices) -> Array:
     hubs = modal.damping.size
     rows = np.zeros((*jacobian.normal.shape[:2], modal.rigidity.size))
     for c, m in enumerate(jacobian.mesh_of):
-        span = slice(hubs, jacobian.widths[m])
-        rows[c][:, jacobian.columns[m, span] - hubs] = jacobian.normal[c, :, span]
+        elastic_columns = slice(hubs, jacobian.widths[m])
+        rows[c][:, jacobian.columns[m, elastic_columns] - hubs] = jacobian.normal[
+            c, :, elastic_columns
+        ]
     return rows
 
 
-def _to_fixed_frame(
-    rows: Array, partner: Indices, first: NDArray[np.bool_], phase_per_tooth: Array
+def _rows_in_fixed_frame(
+    rows: Array,
+    partner: Indices,
+    is_first_of_pair: NDArray[np.bool_],
+    phase_per_tooth: Array,
 ) -> Array:
     """Rows in the non-rotating frame, from rows in the frame of a gear.
 
     phase_per_tooth : (b,) angle of each pair by which the gear's coordinates E1 - i E2
         fall behind in a mesh cycle
     """
-    one, two = np.flatnonzero(first), partner[first]
+    first_modes, partner_modes = (
+        np.flatnonzero(is_first_of_pair),
+        partner[is_first_of_pair],
+    )
     cycle = np.linspace(0.0, 1.0, rows.shape[1])[:, None]
-    fixed_pair = (rows[..., one] + 1j * rows[..., two]) * np.exp(
-        -1j * phase_per_tooth[one] * cycle
+    fixed_pair = (rows[..., first_modes] + 1j * rows[..., partner_modes]) * np.exp(
+        -1j * phase_per_tooth[first_modes] * cycle
     )
     fixed_rows = rows.copy()
-    fixed_rows[..., one], fixed_rows[..., two] = fixed_pair.real, fixed_pair.imag
+    fixed_rows[..., first_modes], fixed_rows[..., partner_modes] = (
+        fixed_pair.real,
+        fixed_pair.imag,
+    )
     return fixed_rows
 
 
@@ -202,32 +213,32 @@ def with_body_modes(
     contacts: CoupledContacts,
     reference: LumpedSystem,
     modes: BodyModes,
-    static: Array,
-    retained: NDArray[np.bool_] | None = None,
+    mesh_inertias: Array,
+    is_retained: NDArray[np.bool_] | None = None,
 ) -> CoupledContacts:
     """Contacts with those body modes as coordinates that matter at the speeds of the
     train's own resonances.
 
     So the motion at one speed does not depend on which others are asked for.
 
-    retained : mask of those modes, where it is known
+    is_retained : mask of those modes, where it is known
     reference : Model-1 of the same train; modes : all that were solved
-    static : (m,) inertia of the meshes' static displacement, see `static_inertias`
+    mesh_inertias : (m,) of the meshes' static displacement, see `static_inertias`
     """
     without_modes = replace(reference, contacts=replace(contacts, modes=None))
-    loaded = require_present(without_modes.loaded, "loaded state")
+    loaded_state = require_present(without_modes.loaded, "loaded state")
     truncation_model = _truncation_model(
-        gear_set, contacts, reference, modes, static, loaded
+        gear_set, contacts, reference, modes, mesh_inertias, loaded_state
     )
-    if retained is None or retained.size != modes.count:
+    if is_retained is None or is_retained.size != modes.count:
         with_all_modes = replace(reference, contacts=replace(contacts, modes=modes))
-        retained = truncation_model.choose(loaded_resonance_band(with_all_modes))
+        is_retained = truncation_model.choose(loaded_resonance_band(with_all_modes))
     return replace(
         contacts,
-        modes=modes.select(retained),
+        modes=modes.select(is_retained),
         solved_modes=modes,
         truncation_model=truncation_model,
-        retained=retained,
+        retained=is_retained,
     )
 
 
@@ -237,14 +248,14 @@ def loaded_resonance_band(system: LumpedSystem) -> tuple[float, float]:
     From a tenth of the lowest natural frequency of the coupled model with its body
     modes that strains the meshes to 1.3 times the highest that strains them much.
     """
-    loaded = system.loaded
-    if loaded is None:
+    loaded_state = system.loaded
+    if loaded_state is None:
         raise ValueError("the system must have contacts of the coupled model")
-    strained = loaded.frequency_Hz[
-        loaded.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY
+    straining_Hz = loaded_state.frequency_Hz[
+        loaded_state.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY
     ]
     rates = [float(rate) for rate in system.train.mesh_rates]
-    low = SPEED_BAND_FACTORS[0] * float(strained.min()) / max(rates)
+    low = SPEED_BAND_FACTORS[0] * float(straining_Hz.min()) / max(rates)
     high = (
         SPEED_BAND_FACTORS[1]
         * system.highest_mesh_mode_angular
@@ -259,37 +270,41 @@ def _truncation_model(
     contacts: CoupledContacts,
     reference: LumpedSystem,
     modes: BodyModes,
-    static: Array,
-    loaded: LoadedState,
+    mesh_inertias: Array,
+    loaded_state: LoadedState,
 ) -> TruncationModel:
     """Shares of the modes are those at the pitch point, in the mean stiffness."""
     families = np.arange(modes.count)
-    first, second = np.split(families[modes.nodal_diameters > 0], 2)
-    families[second] = first
-    drive, positions = contacts.contacts.side > 0, modes.rows.shape[1] - 1
-    at_pitch = np.empty((len(reference.excitations), modes.count))
-    for m in range(len(at_pitch)):
+    first_of_pair, second_of_pair = np.split(families[modes.nodal_diameters > 0], 2)
+    families[second_of_pair] = first_of_pair
+    is_drive_side, positions = contacts.contacts.side > 0, modes.rows.shape[1] - 1
+    rows_at_pitch_point = np.empty((len(reference.excitations), modes.count))
+    for m in range(len(rows_at_pitch_point)):
         pair, position_index = pitch_point(gear_set, m, positions)
-        at_pair = (contacts.mesh_of == m) & (contacts.pairs == pair) & drive
-        at_pitch[m] = modes.rows[np.flatnonzero(at_pair)[0], position_index]
+        is_pitch_pair = (
+            (contacts.mesh_of == m) & (contacts.pairs == pair) & is_drive_side
+        )
+        rows_at_pitch_point[m] = modes.rows[
+            np.flatnonzero(is_pitch_pair)[0], position_index
+        ]
     stiffness = reference.modes.mean_stiffness[:, None]
-    ste = loaded.deflection[:-1].T
-    squares = at_pitch**2
-    residual_inertia = static - (squares / modes.angular**4).sum(axis=1)
+    ste = loaded_state.deflection[:-1].T
+    squared_rows = rows_at_pitch_point**2
+    residual_inertia = mesh_inertias - (squared_rows / modes.angular**4).sum(axis=1)
     unsolved_Hz = _unsolved_Hz(modes)
     return TruncationModel(
         frequencies_Hz=modes.angular / (2.0 * np.pi),
         damping_ratio=0.5 * modes.damping / modes.angular,
         families=families,
-        compliance=stiffness * squares / modes.angular**2,
+        compliance=stiffness * squared_rows / modes.angular**2,
         unsolved_Hz=unsolved_Hz,
         unsolved_compliance=stiffness[:, 0]
         * np.maximum(residual_inertia, 0.0)
         * (2.0 * np.pi * unsolved_Hz) ** 2,
         amplitudes=np.stack([harmonic_amplitudes(mesh_ste) for mesh_ste in ste]),
         rate=np.array([float(rate) for rate in reference.train.mesh_rates]),
-        resonances_Hz=loaded.frequency_Hz,
-        energy=loaded.mesh_energy,
+        resonances_Hz=loaded_state.frequency_Hz,
+        energy=loaded_state.mesh_energy,
         resonance_damping=reference.train.damping_ratio,
     )
 
@@ -301,10 +316,10 @@ def _unsolved_Hz(modes: BodyModes) -> float:
     """
     bounds = []
     for gear in np.unique(modes.gears):
-        in_gear, n = modes.gears == gear, modes.nodal_diameters
-        last = in_gear & (n == n[in_gear].max())
-        bounds.append(modes.angular[last].min())
+        is_of_gear, n = modes.gears == gear, modes.nodal_diameters
+        is_last_family = is_of_gear & (n == n[is_of_gear].max())
+        bounds.append(modes.angular[is_last_family].min())
         bounds += [
-            modes.angular[in_gear & (n == k)].max() for k in np.unique(n[in_gear])
+            modes.angular[is_of_gear & (n == k)].max() for k in np.unique(n[is_of_gear])
         ]
     return float(min(bounds)) / (2.0 * np.pi)

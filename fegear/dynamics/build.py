@@ -15,14 +15,14 @@ from fegear.dynamics.gear_elasticity import (
     default_cutoff,
     elastic_damping,
     elastic_gears,
-    modes_of,
+    elastic_modes_of_gears,
     truncate_modes,
 )
 from fegear.dynamics.memory import full_bytes, require_memory
 from fegear.dynamics.mesh_load_curves import (
     all_mesh_load_curves,
-    equal_tables,
     pitch_point,
+    tables_of_equal_teeth,
 )
 from fegear.dynamics.model import DynamicModel, dynamic_model
 from fegear.dynamics.sides import MeshLoadCurves
@@ -36,6 +36,7 @@ from fegear.gearset.inertia import (
     require_inertia_beyond_springs,
     require_inertia_of_bodies,
 )
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.statics.settings import StaticsSettings
@@ -49,7 +50,6 @@ from lumped.train.elastic_inertia import (
     choose,
     harmonic_amplitudes,
 )
-from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem
 from lumped.train.table import MeshTable
 
@@ -133,40 +133,49 @@ def prepare(
     excitations : of that system, whose tables are used again; plane state, resolution
         and corner contact of its source hold for all finite elements
     """
-    _require_known_faults(gear_set, elements.fidelity)
+    require_uniform_loads(gear_set, "motions by finite elements")
+    _refuse_unsupported_faults(gear_set, elements.fidelity)
     if elements.fidelity != "quasistatic":
-        otherwise = "fidelity quasistatic has no elastic body"
-        require_inertia_of_bodies(gear_set, otherwise)
-        require_inertia_beyond_springs(gear_set, otherwise)
-    tables = equal_tables(gear_set, torque, excitations)
-    statics = replace(excitations.source.statics, friction=elements.friction)
+        alternative = "fidelity quasistatic has no elastic body"
+        require_inertia_of_bodies(gear_set, alternative)
+        require_inertia_beyond_springs(gear_set, alternative)
+    tables = tables_of_equal_teeth(gear_set, torque, excitations)
+    statics = replace(excitations.settings.statics, friction=elements.friction)
     load_curves = all_mesh_load_curves(gear_set, tables, statics)
     cross_mesh = cross_mesh_compliance(gear_set, load_curves, statics)
     if elements.fidelity == "full":
-        highest = highest_speed(reference, speeds)
-        cyclic_gears = _cyclic_gears(gear_set, statics, elements.mesh, highest)
+        highest_Hz = highest_mesh_frequency(reference, speeds)
+        cyclic_gears = _assemble_cyclic_gears(
+            gear_set, statics, elements.mesh, highest_Hz
+        )
         require_memory(gear_set, full_bytes(gear_set, load_curves, cyclic_gears))
-        ratio = elements.elastic_damping
-        return _prepare_full(
+        damping_ratio = elements.elastic_damping
+        return _choose_full_stepper(
             gear_set,
             reference,
             load_curves,
             cyclic_gears,
             cross_mesh,
-            ratio,
+            damping_ratio,
             settings.scheme,
         )
     cross_mesh_pair = (
         None if cross_mesh is None else (cross_mesh, np.zeros_like(cross_mesh))
     )
     no_modes: list[ElasticGear | None] = [None] * len(gear_set.gears)
-    rigid = dynamic_model(gear_set, reference, load_curves, no_modes, cross_mesh_pair)
+    model_without_modes = dynamic_model(
+        gear_set, reference, load_curves, no_modes, cross_mesh_pair
+    )
     if elements.fidelity == "quasistatic":
-        return _reduced_choice(
-            rigid, settings, "quasistatic", "quasistatic: as asked for", []
+        return _choose_modal_stepper(
+            model_without_modes,
+            settings,
+            "quasistatic",
+            "quasistatic: as asked for",
+            [],
         )
-    highest = highest_speed(reference, speeds)
-    modes = modes_of(gear_set, highest, statics, elements.cutoff_Hz)
+    highest_Hz = highest_mesh_frequency(reference, speeds)
+    modes = elastic_modes_of_gears(gear_set, highest_Hz, statics, elements.cutoff_Hz)
     if not any(mode_set.frequencies_Hz.size for mode_set in modes):
         if elements.cutoff_Hz is not None:
             raise InputError(
@@ -174,26 +183,38 @@ def prepare(
                 "lies below it, allowed are more, or fidelity quasistatic"
             )
         reason = "quasistatic: no elastic mode of the gears is near these speeds"
-        return _reduced_choice(rigid, settings, "quasistatic", reason, [])
-    elastic = elastic_gears(gear_set, modes, elements.elastic_damping)
-    model = dynamic_model(gear_set, reference, load_curves, elastic, cross_mesh_pair)
-    choice = _choice(model, tables, speeds, elements)
-    unseen = ""
+        return _choose_modal_stepper(
+            model_without_modes, settings, "quasistatic", reason, []
+        )
+    elastic_bodies = elastic_gears(gear_set, modes, elements.elastic_damping)
+    model = dynamic_model(
+        gear_set, reference, load_curves, elastic_bodies, cross_mesh_pair
+    )
+    fidelity_choice = _choose_fidelity(model, tables, speeds, elements)
+    cutoff_remark = ""
     if elements.cutoff_Hz is not None:
-        unseen = f"; modes above {elements.cutoff_Hz:g} Hz are left out of this"
+        cutoff_remark = f"; modes above {elements.cutoff_Hz:g} Hz are left out of this"
     if elements.fidelity == "reduced":
-        reason = with_code("E18", _reduced_reason(choice, modes) + unseen)
-        return _reduced_choice(model, settings, "reduced", reason, modes)
-    reason = with_code("E18", choice.sentence + unseen)
-    if choice.fidelity == "quasistatic":
-        return _reduced_choice(rigid, settings, "quasistatic", reason, [])
-    truncated = [truncate_modes(mode_set, choice.cutoff_Hz) for mode_set in modes]
-    elastic = elastic_gears(gear_set, truncated, elements.elastic_damping)
-    model = dynamic_model(gear_set, reference, load_curves, elastic, cross_mesh_pair)
-    return _reduced_choice(model, settings, "reduced", reason, truncated)
+        reason = with_code(
+            "E18", _reason_of_reduced(fidelity_choice, modes) + cutoff_remark
+        )
+        return _choose_modal_stepper(model, settings, "reduced", reason, modes)
+    reason = with_code("E18", fidelity_choice.sentence + cutoff_remark)
+    if fidelity_choice.fidelity == "quasistatic":
+        return _choose_modal_stepper(
+            model_without_modes, settings, "quasistatic", reason, []
+        )
+    truncated_modes = [
+        truncate_modes(mode_set, fidelity_choice.cutoff_Hz) for mode_set in modes
+    ]
+    elastic_bodies = elastic_gears(gear_set, truncated_modes, elements.elastic_damping)
+    model = dynamic_model(
+        gear_set, reference, load_curves, elastic_bodies, cross_mesh_pair
+    )
+    return _choose_modal_stepper(model, settings, "reduced", reason, truncated_modes)
 
 
-def _require_known_faults(gear_set: GearSet, fidelity: Fidelity) -> None:
+def _refuse_unsupported_faults(gear_set: GearSet, fidelity: Fidelity) -> None:
     if gear_set.carrier is not None:
         require_no_faults(gear_set, FAULT_KINDS, "motions of planetary sets")
     if fidelity == "full":
@@ -201,7 +222,7 @@ def _require_known_faults(gear_set: GearSet, fidelity: Fidelity) -> None:
         require_no_faults(gear_set, ["cracks"], "finite elements of fidelity full")
 
 
-def _prepare_full(
+def _choose_full_stepper(
     gear_set: GearSet,
     reference: LumpedSystem,
     load_curves: Sequence[MeshLoadCurves],
@@ -224,7 +245,7 @@ def _prepare_full(
     return StepperChoice(FullStepper(hubs, scheme, fields), "full", reason, dofs)
 
 
-def _reduced_choice(
+def _choose_modal_stepper(
     model: DynamicModel,
     settings: DynamicSettings,
     fidelity: str,
@@ -237,21 +258,24 @@ def _reduced_choice(
     )
 
 
-def _cyclic_gears(
-    gear_set: GearSet, statics: StaticsSettings, refinement: float, highest: float
+def _assemble_cyclic_gears(
+    gear_set: GearSet, statics: StaticsSettings, refinement: float, highest_Hz: float
 ) -> list[CyclicGear]:
-    """For mesh frequencies up to `highest` [Hz]."""
+    """For mesh frequencies up to `highest_Hz` [Hz]."""
     from fegear.elasticity.cyclic_gear import cyclic_gear
 
     cyclic_gears = []
     for gear in gear_set.gears:
-        sector, cutoff = statics.sector(gear, refinement), default_cutoff(gear, highest)
+        sector, cutoff = (
+            statics.sector(gear, refinement),
+            default_cutoff(gear, highest_Hz),
+        )
         sector = resolving_sector(sector, gear.density, cutoff)
         cyclic_gears.append(cyclic_gear(sector, gear.density))
     return cyclic_gears
 
 
-def _reduced_reason(choice: Choice, modes: Sequence[GearModes]) -> str:
+def _reason_of_reduced(choice: Choice, modes: Sequence[GearModes]) -> str:
     counts = " + ".join(str(mode_set.frequencies_Hz.size) for mode_set in modes)
     return (
         f"reduced: as asked for, with {counts} elastic modes of the gears; "
@@ -260,7 +284,7 @@ def _reduced_reason(choice: Choice, modes: Sequence[GearModes]) -> str:
     )
 
 
-def _choice(
+def _choose_fidelity(
     model: DynamicModel,
     tables: Sequence[MeshTable],
     speeds: Sequence[float],
@@ -273,70 +297,61 @@ def _choice(
     the motion at a speed, hardly depends on which other speeds are asked for.
     """
     jacobian = model.jacobian
-    count, columns, normal = jacobian.widths, jacobian.columns, jacobian.normal
-    hubs, rigidity = model.modal.damping.size, model.modal.rigidity
+    n_columns, columns, normal = jacobian.widths, jacobian.columns, jacobian.normal
+    n_hub_coordinates, rigidity = model.modal.damping.size, model.modal.rigidity
     stiffness = model.reference.modes.mean_stiffness
-    meshes = []
+    excited_meshes = []
     for m, table in enumerate(tables):
         pair, position_index = pitch_point(
             model.sides[0].gear_set, m, normal.shape[1] - 1
         )
         labels = model.contact_labels
         contact = next(c for c, label in enumerate(labels) if label == (m, pair, 1))
-        mode_index = columns[m, hubs : count[m]] - hubs
-        row = normal[contact, position_index, hubs : count[m]]
-        share = stiffness[m] * row**2 / rigidity[mode_index]
+        mode_index = columns[m, n_hub_coordinates : n_columns[m]] - n_hub_coordinates
+        penetration_per_mode = normal[
+            contact, position_index, n_hub_coordinates : n_columns[m]
+        ]
+        compliance_share = stiffness[m] * penetration_per_mode**2 / rigidity[mode_index]
         frequencies = np.sqrt(rigidity[mode_index]) / (2.0 * math.pi)
-        modes = ElasticModes(frequencies, share, elements.elastic_damping)
+        elastic_modes = ElasticModes(
+            frequencies, compliance_share, elements.elastic_damping
+        )
         amplitudes = harmonic_amplitudes(table["ste_m"][0])
-        meshes.append((modes, amplitudes, float(model.kinematics.rate[m])))
-    judged = [*speeds, *_speeds_of_resonances(model.reference, meshes)]
-    return choose(meshes, judged, elements.tolerance)
+        excited_meshes.append(
+            (elastic_modes, amplitudes, float(model.kinematics.rate[m]))
+        )
+    checked_speeds = [*speeds, *_resonant_speeds(model.reference, excited_meshes)]
+    return choose(excited_meshes, checked_speeds, elements.tolerance)
 
 
-def resonance_band(reference: LumpedSystem) -> tuple[float, float] | None:
-    """Mesh frequencies of the first mesh [Hz] around a train's resonances.
-
-    From a tenth of the lowest to 1.3 times the highest natural frequency that strains
-    the meshes, without body modes; None where none does.
-    """
-    strained = reference.modes.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY
-    resonances = reference.modes.frequency_Hz[strained]
-    if not resonances.size:
-        return None
-    rates = [float(rate) for rate in reference.train.mesh_rates]
-    low = SPEED_BAND_FACTORS[0] * float(resonances.min()) / max(rates)
-    return low, SPEED_BAND_FACTORS[1] * float(resonances.max()) / min(rates)
-
-
-def highest_speed(reference: LumpedSystem, speeds: Sequence[float]) -> float:
+def highest_mesh_frequency(reference: LumpedSystem, speeds: Sequence[float]) -> float:
     """Mesh frequency of the first mesh [Hz] up to which elastic modes are kept.
 
     That of the train's own resonances at least: harmonics of low speeds excite these,
     and the motion at a speed must not depend on which others are asked for.
     """
-    band = resonance_band(reference)
+    band = reference.speed_band(*SPEED_BAND_FACTORS)
     return max(speeds) if band is None else max(*speeds, band[1])
 
 
-def _speeds_of_resonances(
+def _resonant_speeds(
     reference: LumpedSystem, meshes: Sequence[ExcitedMesh]
 ) -> list[float]:
     """Mesh frequencies of the first mesh [Hz] around a train's resonances.
 
     Those at which harmonics meet an elastic mode are among them.
     """
-    band = resonance_band(reference)
+    band = reference.speed_band(*SPEED_BAND_FACTORS)
     if band is None:
         return []
     low, high = band
     orders = np.arange(1.0, MAX_ORDER + 1.0)
-    met = [
+    speeds_by_mesh = [
         np.divide.outer(
             modes.frequencies_Hz[modes.compliance > MIN_COMPLIANCE_SHARE], rate * orders
         )
         for modes, _, rate in meshes
     ]
-    speeds = np.concatenate([block.ravel() for block in met])
-    inside = np.unique(speeds[(speeds > low) & (speeds < high)])
-    return [*np.geomspace(low, high, N_SPEEDS).tolist(), *inside.tolist()]
+    speeds = np.concatenate([mesh_speeds.ravel() for mesh_speeds in speeds_by_mesh])
+    speeds_in_band = np.unique(speeds[(speeds > low) & (speeds < high)])
+    return [*np.geomspace(low, high, N_SPEEDS).tolist(), *speeds_in_band.tolist()]

@@ -76,20 +76,24 @@ class ContactHistory:
         return pressure
 
     def _pressure_where(
-        self, chosen: NDArray[np.bool_], curves: PairLoadCurves | ToothLoadCurves
+        self, is_chosen: NDArray[np.bool_], curves: PairLoadCurves | ToothLoadCurves
     ) -> Array:
         """Pressure (t,) at chosen times by the curves of the teeth, 0 elsewhere."""
         loads = curves.load[:, self.pair_index, NOMINAL]
         pressures = curves.pressure[:, self.pair_index]
         pressure = np.zeros(self.load.size)
-        for end, weight in zip(self.grid_indices.T, self.weights.T, strict=True):
-            touching = chosen & (self.load > 0.0) & (weight > 0.0)
-            for p in np.unique(end[touching]):
-                in_cell = touching & (end == p)
-                root = np.sqrt(self.load[in_cell] / loads[p, -1])
+        for grid_points, weight in zip(
+            self.grid_indices.T, self.weights.T, strict=True
+        ):
+            is_touching = is_chosen & (self.load > 0.0) & (weight > 0.0)
+            for p in np.unique(grid_points[is_touching]):
+                is_at_point = is_touching & (grid_points == p)
+                load_root = np.sqrt(self.load[is_at_point] / loads[p, -1])
                 knots = np.sqrt(loads[p] / loads[p, -1])
-                peak = np.interp(root, knots, pressures[p]) * np.maximum(root, 1.0)
-                pressure[in_cell] += weight[in_cell] * peak
+                peak = np.interp(load_root, knots, pressures[p]) * np.maximum(
+                    load_root, 1.0
+                )
+                pressure[is_at_point] += weight[is_at_point] * peak
         return pressure
 
 
@@ -111,37 +115,41 @@ def contact_histories(
 
     steps_per_cycle : of the first mesh
     """
-    rotation = _rotation(model, motion, steps_per_cycle)
+    rotation = _rotation_speeds(model, motion, steps_per_cycle)
     histories: list[ContactHistory] = []
     for side in model.sides:
         position = cycle_position(
             model.kinematics.rate[side.mesh], len(motion.pair_load), steps_per_cycle
         )
         cells = len(side.load_curves.gap) - 1
-        low = np.minimum((position * cells + GRID_ATOL).astype(np.int64), cells - 1)
-        fraction = position * cells - low
+        first_points = np.minimum(
+            (position * cells + GRID_ATOL).astype(np.int64), cells - 1
+        )
+        fraction = position * cells - first_points
         fraction = np.where(np.abs(fraction) < GRID_ATOL, 0.0, fraction)
-        grid_indices = np.stack([low, low + 1], axis=1)
-        numbers = _numbers(
+        grid_indices = np.stack([first_points, first_points + 1], axis=1)
+        numbers = _numbers_of_teeth(
             side, model.kinematics.rate[side.mesh], position, steps_per_cycle
         )
         for pair_index, number in enumerate(numbers):
             # flanks that do not face each other have no law
-            facing = _facing(side, pair_index)[number[:, None], grid_indices]
-            weights = np.stack([1.0 - fraction, fraction], axis=1) * facing
-            total = weights.sum(axis=1, keepdims=True)
-            weights = weights / np.where(total > 0.0, total, 1.0)
+            is_facing = _is_facing(side, pair_index)[number[:, None], grid_indices]
+            weights = np.stack([1.0 - fraction, fraction], axis=1) * is_facing
+            weight_sum = weights.sum(axis=1, keepdims=True)
+            weights = weights / np.where(weight_sum > 0.0, weight_sum, 1.0)
             index = len(histories)
             friction = _signed_friction(
                 model, index, rotation[:, side.gears], grid_indices, weights
             )
             load = motion.pair_load[:, index] + 0.0  # no negative zeros
-            places = grid_indices, weights, number
-            histories.append(ContactHistory(side, pair_index, load, friction, *places))
+            interpolation = grid_indices, weights, number
+            histories.append(
+                ContactHistory(side, pair_index, load, friction, *interpolation)
+            )
     return histories
 
 
-def _numbers(
+def _numbers_of_teeth(
     side: ContactSide, rate: float, position: Array, steps_per_cycle: int
 ) -> Indices:
     """Numbers (k, t) of the teeth of each contact, see `DifferentTeeth`.
@@ -151,13 +159,13 @@ def _numbers(
     shape = side.load_curves.pair_offsets.size, position.size
     if side.differences is None:
         return np.zeros(shape, np.int64)
-    passed = rate * np.arange(position.size) / steps_per_cycle
-    cycle = np.rint(passed - position).astype(np.int64)
+    passed_cycles = rate * np.arange(position.size) / steps_per_cycle
+    cycle = np.rint(passed_cycles - position).astype(np.int64)
     number = side.differences.number
     return number[:, cycle % number.shape[1]]
 
 
-def _facing(side: ContactSide, pair_index: int) -> NDArray[np.bool_]:
+def _is_facing(side: ContactSide, pair_index: int) -> NDArray[np.bool_]:
     """Whether flanks of a contact face each other (v + 1, p), by their number."""
     loads = [side.load_curves.load]
     if side.differences is not None:
@@ -165,13 +173,15 @@ def _facing(side: ContactSide, pair_index: int) -> NDArray[np.bool_]:
     return np.stack([load[:, pair_index, NOMINAL, -1] for load in loads]) > 0.0
 
 
-def _rotation(model: DynamicModel, motion: FeHistory, steps_per_cycle: int) -> Array:
+def _rotation_speeds(
+    model: DynamicModel, motion: FeHistory, steps_per_cycle: int
+) -> Array:
     """Speed of every gear in its nominal sense (t, gears) [rad/s]."""
-    nominal = model.kinematics.speed
+    nominal_speed = model.kinematics.speed
     time = motion.time
     angular = 2.0 * math.pi * (time.size - 1) / (steps_per_cycle * time[-1])
-    turning = motion.hub[:, 1] @ model.modal.rotation.T
-    return (angular * nominal + turning) * np.sign(nominal)
+    hub_rotation = motion.hub[:, 1] @ model.modal.rotation.T
+    return (angular * nominal_speed + hub_rotation) * np.sign(nominal_speed)
 
 
 def _signed_friction(
@@ -186,10 +196,10 @@ def _signed_friction(
     if friction == 0.0:
         return np.zeros(len(rotation))
     contacts = model.contacts
-    nominal, one, two = (
+    nominal_sliding, driver_arm, driven_arm = (
         interpolate(values[index], grid_indices, weights)
         for values in (contacts.sliding, *contacts.arms)
     )
-    slip = rotation[:, 0] * one - rotation[:, 1] * two
-    reversed_ = contacts.side[index] * slip * nominal > MIN_REVERSING_SPEED
-    return friction * nominal * np.where(reversed_, -1.0, 1.0)
+    slip = rotation[:, 0] * driver_arm - rotation[:, 1] * driven_arm
+    is_reversed = contacts.side[index] * slip * nominal_sliding > MIN_REVERSING_SPEED
+    return friction * nominal_sliding * np.where(is_reversed, -1.0, 1.0)

@@ -50,25 +50,32 @@ class DifferentTeeth:
 
 
 def side_differences(
-    problem: ContactProblem, position: Array, alike: PairLoadCurves, back: bool = False
+    problem: ContactProblem,
+    position: Array,
+    alike_curves: PairLoadCurves,
+    back: bool = False,
 ) -> DifferentTeeth | None:
     """What differs on a side of a mesh; None where teeth are alike and centred.
 
-    position : (n,) of the drive side over a cycle; alike : curves of the other teeth
+    position : (n,) of the drive side over a cycle
+    alike_curves : of the other teeth
     """
     if back:
         problem = with_back_flanks(problem)
-    gap = _gap_of_centers(problem, position, back)
-    number, teeth = _numbered_teeth(problem, alike.pair_offsets, back)
+    gap = _gap_of_offset_centers(problem, position, back)
+    number, teeth = _number_tooth_pairs(problem, alike_curves.pair_offsets, back)
     if not (teeth or gap.any()):
         return None
     curves = (
-        tooth_load_curves(problem, position, alike, of_pair, back) for of_pair in teeth
+        tooth_load_curves(problem, position, alike_curves, tooth_pair, back)
+        for tooth_pair in teeth
     )
     return DifferentTeeth(tuple(curves), number, gap)
 
 
-def _gap_of_centers(problem: ContactProblem, position: Array, back: bool) -> Array:
+def _gap_of_offset_centers(
+    problem: ContactProblem, position: Array, back: bool
+) -> Array:
     """Gap (m, p) in the m cycles after which it repeats [m]."""
     pair = problem.pair
     offsets = problem.offsets
@@ -79,18 +86,18 @@ def _gap_of_centers(problem: ContactProblem, position: Array, back: bool) -> Arr
     ]
     cycles = np.arange(math.lcm(*turns))
     side_position = back_side_position(pair, position) if back else position
-    pitch = np.repeat(-cycles if back else cycles, position.size)
+    pitch_numbers = np.repeat(-cycles if back else cycles, position.size)
     lines = moved_lines(
         problem.pair,
         problem.offsets,
         np.tile(side_position, cycles.size),
-        pitch,
+        pitch_numbers,
         back,
     )
     return lines.gap.reshape(cycles.size, -1)
 
 
-def _numbered_teeth(
+def _number_tooth_pairs(
     problem: ContactProblem, pair_offsets: Indices, back: bool
 ) -> tuple[Indices, list[tuple[int, int]]]:
     """Numbers (k, n) of the pairs' teeth in the cycles, and the teeth by number."""
@@ -100,33 +107,44 @@ def _numbered_teeth(
     different = different_teeth(problem, pair if back else -pair, back)
     if different is None:
         return np.zeros((pair_offsets.size, 1), np.int64), []
-    whole = [_hardly_changed(of_gear) for of_gear in faults]
+    unchanged_teeth = [_hardly_changed_teeth(gear_faults) for gear_faults in faults]
     teeth = np.stack(
         [
             np.where(np.isin(tooth, unchanged), -1, tooth)
-            for tooth, unchanged in zip(different, whole, strict=True)
+            for tooth, unchanged in zip(different, unchanged_teeth, strict=True)
         ],
         axis=-1,
     )
-    sets, number = np.unique(teeth.reshape(-1, 2), axis=0, return_inverse=True)
+    distinct_pairs, number = np.unique(
+        teeth.reshape(-1, 2), axis=0, return_inverse=True
+    )
     number = number.reshape(pair.shape)
     # teeth like the others come first, where there are any
-    first = (-1, -1)
-    listed = [(int(driver), int(driven)) for driver, driven in sets]
-    if listed[0] != first:
-        listed, number = [first, *listed], number + 1
-    return number, listed[1:]
+    alike_pair = (-1, -1)
+    tooth_pairs = [(int(driver), int(driven)) for driver, driven in distinct_pairs]
+    if tooth_pairs[0] != alike_pair:
+        tooth_pairs, number = [alike_pair, *tooth_pairs], number + 1
+    return number, tooth_pairs[1:]
 
 
-def _hardly_changed(faults: ToothFaults | None) -> list[int]:
+def _hardly_changed_teeth(faults: ToothFaults | None) -> list[int]:
     """Teeth that only a crack of another one changes, by little."""
     if faults is None or faults.change is None:
         return []
-    other = faults.missing | faults.spalls.keys() | faults.profiles.keys()
-    other |= faults.corners.keys()
-    changes = {}
+    teeth_with_other_faults = (
+        faults.missing | faults.spalls.keys() | faults.profiles.keys()
+    )
+    teeth_with_other_faults |= faults.corners.keys()
+    largest_changes = {}
     for tooth in faults.damaged:
         index = faults.clockwise_tooth(tooth)
-        changes[tooth] = float(np.abs(faults.change.block(index, index)[0]).max())
-    least = MIN_CHANGE * max(changes.values(), default=0.0)
-    return [tooth for tooth in changes if changes[tooth] < least and tooth not in other]
+        largest_changes[tooth] = float(
+            np.abs(faults.change.block(index, index)[0]).max()
+        )
+    least_change = MIN_CHANGE * max(largest_changes.values(), default=0.0)
+    return [
+        tooth
+        for tooth in largest_changes
+        if largest_changes[tooth] < least_change
+        and tooth not in teeth_with_other_faults
+    ]

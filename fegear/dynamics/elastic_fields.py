@@ -126,35 +126,42 @@ class ElasticField:
         for c, flank in enumerate(self.flanks):
             flank_displacement = column[self.cyclic_gear.flanks[flank].dofs]
             for kind, direction in enumerate(self.directions(flank)):
-                values = (flank_displacement * direction).sum(axis=1)
+                directed_displacement = (flank_displacement * direction).sum(axis=1)
                 for a in range(self.weights.shape[2]):
                     out[kind, :, c] += (
-                        self.weights[:, c, a] * values[self.stencil_start[:, c] + a]
+                        self.weights[:, c, a]
+                        * directed_displacement[self.stencil_start[:, c] + a]
                     )
         return out
 
-    def stencils(self, tables: CycleInterpolator) -> list[Stencil]:
+    def stencils(self, interpolator: CycleInterpolator) -> list[Stencil]:
         """Where the contacts are at the current position."""
         return [
-            self._stencil(c, *tables.cell_of(int(contact)))
+            self._stencil(c, *interpolator.cell_of(int(contact)))
             for c, contact in enumerate(self.contacts)
         ]
 
     def _stencil(self, c: int, grid_index: int, fraction: float) -> Stencil:
         flank, tooth = int(self.flanks[c]), int(self.teeth[c]) % self.cyclic_gear.teeth
-        first, weights = int(self.stencil_start[grid_index, c]), self.weights[:, c]
+        first_point, weights = (
+            int(self.stencil_start[grid_index, c]),
+            self.weights[:, c],
+        )
         if fraction == 0.0:
-            own = slice(first, first + weights.shape[1])
-            return Stencil(c, flank, tooth, own, weights[grid_index])
-        second = int(self.stencil_start[grid_index + 1, c])
-        start, end = min(first, second), max(first, second) + weights.shape[1]
-        joint = np.zeros(end - start)
-        for begin, grid, share in (
-            (first - start, grid_index, 1.0 - fraction),
-            (second - start, grid_index + 1, fraction),
+            point_range = slice(first_point, first_point + weights.shape[1])
+            return Stencil(c, flank, tooth, point_range, weights[grid_index])
+        next_first_point = int(self.stencil_start[grid_index + 1, c])
+        start, end = (
+            min(first_point, next_first_point),
+            max(first_point, next_first_point) + weights.shape[1],
+        )
+        joint_weights = np.zeros(end - start)
+        for offset, grid, share in (
+            (first_point - start, grid_index, 1.0 - fraction),
+            (next_first_point - start, grid_index + 1, fraction),
         ):
-            joint[begin : begin + weights.shape[1]] += share * weights[grid]
-        return Stencil(c, flank, tooth, slice(start, end), joint)
+            joint_weights[offset : offset + weights.shape[1]] += share * weights[grid]
+        return Stencil(c, flank, tooth, slice(start, end), joint_weights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,12 +210,12 @@ class EliminatedField:
         for s, row in zip(self.stencils, self.condensed[0], strict=True):
             flank_points = field.cyclic_gear.flanks[s.flank]
             dofs, inward = flank_points.dofs[s.points], flank_points.inward[s.points]
-            others = (
+            free_acceleration = (
                 self.elastic[dofs, s.tooth] / step.stiffness
                 + turn * step.rotation_field[dofs]
             )
             u_pred, _ = predict(newmark, *state[:3, dofs, s.tooth])
-            displacement = (u_pred + factor * others) * inward
+            displacement = (u_pred + factor * free_acceleration) * inward
             out[s.contact] = (
                 s.weights @ displacement.sum(axis=1) + factor * row @ self.x[:, s.tooth]
             )
@@ -237,11 +244,11 @@ class CycleInterpolator:
             self.position.grid_index[mesh],
             self.position.fraction[mesh],
         )
-        low = table[grid_index, column]
+        at_cell_start = table[grid_index, column]
         if not fraction.any():
-            return low
-        share = fraction.reshape(-1, *[1] * (low.ndim - 1))
-        return low + share * (table[grid_index + 1, column] - low)
+            return at_cell_start
+        share = fraction.reshape(-1, *[1] * (at_cell_start.ndim - 1))
+        return at_cell_start + share * (table[grid_index + 1, column] - at_cell_start)
 
 
 def elastic_field(
@@ -338,13 +345,13 @@ def angular_momentum(field: ElasticField, velocity: Array) -> float:
     return float((field.cyclic_gear.momentum @ velocity).sum())
 
 
-def eliminate_free(
+def eliminate_interior_freedoms(
     field: ElasticField,
     step: FieldStep,
     state: Array,
     newmark: Newmark,
     turn: float,
-    tables: CycleInterpolator,
+    interpolator: CycleInterpolator,
 ) -> EliminatedField:
     """A field under the last step's forces, its elasticity and a turn.
 
@@ -356,14 +363,14 @@ def eliminate_free(
     kernel.assemble_rhs(newmark, damping, step.mass / step.stiffness, state, x, y)
     rhs = gear.sector_mass_times(x)
     rhs[field.flank_dofs, : gear.teeth] += newmark.alpha_f * state[3, field.flank_dofs]
-    cut = step.rotation_field[gear.n_interior :]
+    cut_field = step.rotation_field[gear.n_interior :]
     momentum = (
-        float((np.append(step.rotation_field, cut) @ rhs).sum())
+        float((np.append(step.rotation_field, cut_field) @ rhs).sum())
         + angular_momentum(field, y) / step.stiffness
         + turn * step.rotation_momentum
     )
     step.factors.eliminate(rhs)
-    stencils = field.stencils(tables)
+    stencils = field.stencils(interpolator)
     condensed = np.stack(
         [s.weights @ step.condensed[s.flank][:, s.points] for s in stencils], axis=1
     )

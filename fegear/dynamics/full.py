@@ -26,7 +26,7 @@ from fegear.dynamics.elastic_fields import (
     Stencil,
     angular_momentum,
     elastic_field,
-    eliminate_free,
+    eliminate_interior_freedoms,
     field_step,
 )
 from fegear.dynamics.kernels import full as kernel
@@ -74,17 +74,28 @@ def full_model(
     )
     positions = len(sides[0].load_curves.gap)
     contacts = sum(side.load_curves.pair_offsets.size for side in sides)
-    extra = np.zeros((2, positions, contacts, contacts))
+    extra_compliance = np.zeros((2, positions, contacts, contacts))
     if cross_mesh_compliance is not None:
-        extra[0] += cross_mesh_compliance
+        extra_compliance[0] += cross_mesh_compliance
     for field in fields:
-        static = field.compliance(field.cyclic_gear.factorised(0.0, 1.0))
-        every = np.arange(n_load_directions), np.arange(positions)
-        block = np.ix_(*every, field.contacts, field.contacts)
-        extra[block] -= static / field.width
-    rigid = [None] * len(gear_set.gears)
-    hubs = dynamic_model(gear_set, reference, load_curves, rigid, (extra[0], extra[1]))
-    return hubs, fields
+        static_compliance = field.compliance(field.cyclic_gear.factorised(0.0, 1.0))
+        all_directions_and_positions = (
+            np.arange(n_load_directions),
+            np.arange(positions),
+        )
+        field_block = np.ix_(
+            *all_directions_and_positions, field.contacts, field.contacts
+        )
+        extra_compliance[field_block] -= static_compliance / field.width
+    no_elastic_bodies = [None] * len(gear_set.gears)
+    hub_model = dynamic_model(
+        gear_set,
+        reference,
+        load_curves,
+        no_elastic_bodies,
+        (extra_compliance[0], extra_compliance[1]),
+    )
+    return hub_model, fields
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,26 +128,30 @@ class FullStepper(ImplicitStepper):
     def integrate(
         self, state: MotionState, steps: TimeSteps
     ) -> tuple[MotionState, FeHistory]:
-        model, step_matrices = self.model, self._step(steps.size)
+        model, step_matrices = self.model, self._step_matrices(steps.size)
         frequency, cycle = steps.frequency, steps.cycle
-        now, record = state.copy(), empty_record(self.model, steps.count)
+        new_state, record = state.copy(), empty_record(self.model, steps.count)
         arrays, limit = model.arrays, model.limit
-        kernel.record(arrays, now.motion, now.contact, record, 0)
+        kernel.record(arrays, new_state.motion, new_state.contact, record, 0)
         for n in range(steps.count):
             if frequency > 0.0:
-                self._pass_teeth(now, steps.start + n, cycle)
-            tables = self._tables(steps.start + n + 1 if frequency > 0.0 else 0, cycle)
-            self._advance(now, step_matrices, 2.0 * math.pi * frequency, tables)
-            if not np.abs(now.motion[1]).sum() < limit:
+                self._pass_teeth(new_state, steps.start + n, cycle)
+            interpolator = self._interpolator_at(
+                steps.start + n + 1 if frequency > 0.0 else 0, cycle
+            )
+            self._advance_step(
+                new_state, step_matrices, 2.0 * math.pi * frequency, interpolator
+            )
+            if not np.abs(new_state.motion[1]).sum() < limit:
                 raise Diverged(n / (cycle * self.system.common_period[0]))
-            kernel.record(arrays, now.motion, now.contact, record, n + 1)
-        return now, history_from_record(steps.size, record)
+            kernel.record(arrays, new_state.motion, new_state.contact, record, n + 1)
+        return new_state, history_from_record(steps.size, record)
 
     def steps_per_piece(self, cycle: int) -> int:
         return STEPS_PER_PIECE
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
-    def _step(self, size: float) -> FullStepMatrices:
+    def _step_matrices(self, size: float) -> FullStepMatrices:
         wm, wc, wk = weights = self.scheme.weights(size)
         modal = self.model.modal
         matrix = wk * modal.stiffness + np.diag(wm + wc * modal.damping)
@@ -152,10 +167,10 @@ class FullStepper(ImplicitStepper):
         inverse = np.asarray(np.linalg.inv(matrix), float)
         return FullStepMatrices(size, wm, inverse, fields)
 
-    def _pass_teeth(self, now: MotionState, step_number: int, cycle: int) -> None:
+    def _pass_teeth(self, state: MotionState, step_number: int, cycle: int) -> None:
         """Shift the tooth index of gears that pass a tooth."""
         kinematics = self.model.kinematics
-        for f, field in zip(self.fields, now.fields, strict=True):
+        for f, field in zip(self.fields, state.fields, strict=True):
             rate = kinematics.rate[kinematics.first_mesh[f.gear_index]]
             cycles_before, cycles_after = np.floor(
                 rate * np.array([step_number, step_number + 1]) / cycle + 1e-9
@@ -164,7 +179,7 @@ class FullStepper(ImplicitStepper):
                 sense = f.sign * int(np.sign(kinematics.speed[f.gear_index]))
                 field[:] = np.roll(field, -sense, axis=2)
 
-    def _tables(self, step_number: int, cycle: int) -> CycleInterpolator:
+    def _interpolator_at(self, step_number: int, cycle: int) -> CycleInterpolator:
         """Interpolator of the tables at a step.
 
         cycle : steps of a cycle of the first mesh
@@ -174,61 +189,73 @@ class FullStepper(ImplicitStepper):
         position = kernel.find_position(rate, contacts, cycle, step_number)
         return CycleInterpolator(model.jacobian.mesh_of, position)
 
-    def _advance(
+    def _advance_step(
         self,
-        now: MotionState,
+        state: MotionState,
         step: FullStepMatrices,
         speed: float,
-        tables: CycleInterpolator,
+        interpolator: CycleInterpolator,
     ) -> None:
-        """One step; `tables` at its end."""
+        """One step; `interpolator` at its end."""
         s, h, weight_new = self.scheme, step.size, 1.0 - self.scheme.alpha_f
         modal, rotation = self.model.modal, self.model.modal.rotation
-        q, v, a, contact_force = now.motion
-        u_pred, v_pred = s.predicted(h, now.motion)
+        q, v, a, contact_force = state.motion
+        u_pred, v_pred = s.predicted(h, state.motion)
         rhs = modal.load - s.alpha_m * a + s.alpha_f * contact_force
         rhs -= modal.damping * (weight_new * v_pred + s.alpha_f * v)
         rhs -= modal.stiffness @ (weight_new * u_pred + s.alpha_f * q)
         newmark = s.newmark(h)
         fields = []
         for f, gear_step, field in zip(
-            self.fields, step.fields, now.fields, strict=True
+            self.fields, step.fields, state.fields, strict=True
         ):
-            row = rotation[f.gear_index]
-            turn = s.alpha_m * float(row @ a)
-            half = eliminate_free(f, gear_step, field, newmark, turn, tables)
-            inertial_moment = (
-                s.alpha_m * angular_momentum(f, field[2]) + step.mass * half.momentum
+            hub_rotation_row = rotation[f.gear_index]
+            turn = s.alpha_m * float(hub_rotation_row @ a)
+            eliminated = eliminate_interior_freedoms(
+                f, gear_step, field, newmark, turn, interpolator
             )
-            rhs += f.width * inertial_moment * row
-            fields.append((f, gear_step, half, field))
-        free_hub = step.hub_inverse @ rhs
-        friction = self._signed_friction(now, tables, speed, v_pred)
-        forces = self._contact_forces(
-            now, step, tables, friction, (u_pred, free_hub), fields
+            inertial_moment = (
+                s.alpha_m * angular_momentum(f, field[2])
+                + step.mass * eliminated.momentum
+            )
+            rhs += f.width * inertial_moment * hub_rotation_row
+            fields.append((f, gear_step, eliminated, field))
+        free_hub_acceleration = step.hub_inverse @ rhs
+        friction = self._signed_friction(state, interpolator, speed, v_pred)
+        forces = self._solve_contact_forces(
+            state, step, interpolator, friction, (u_pred, free_hub_acceleration), fields
         )
-        rhs = weight_new * now.motion[3]
+        rhs = weight_new * state.motion[3]
         for (f, gear_step, _, _), force in zip(fields, forces, strict=True):
             for kind, rotation_response in enumerate(gear_step.rotation_at_contacts):
-                moment = force[kind] @ tables.interpolate(rotation_response, f.contacts)
+                moment = force[kind] @ interpolator.interpolate(
+                    rotation_response, f.contacts
+                )
                 rhs += weight_new * step.mass * moment * rotation[f.gear_index]
-        acceleration = free_hub + step.hub_inverse @ rhs
-        now.motion[:3] = s.corrected(h, now.motion, acceleration)
-        for (f, gear_step, half, field), force in zip(fields, forces, strict=True):
-            hub = step.mass * float(rotation[f.gear_index] @ acceleration)
-            add_contact_loads(gear_step, half, weight_new / f.width * force)
-            gear_step.factors.substitute(half.x)
-            turn_field = (half.turn + hub) * gear_step.rotation_field
+        acceleration = free_hub_acceleration + step.hub_inverse @ rhs
+        state.motion[:3] = s.corrected(h, state.motion, acceleration)
+        for (f, gear_step, eliminated, field), force in zip(
+            fields, forces, strict=True
+        ):
+            hub_turn = step.mass * float(rotation[f.gear_index] @ acceleration)
+            add_contact_loads(gear_step, eliminated, weight_new / f.width * force)
+            gear_step.factors.substitute(eliminated.x)
+            turn_field = (eliminated.turn + hub_turn) * gear_step.rotation_field
             kernel.correct(
-                newmark, half.x, half.elastic, gear_step.stiffness, turn_field, field
+                newmark,
+                eliminated.x,
+                eliminated.elastic,
+                gear_step.stiffness,
+                turn_field,
+                field,
             )
-            set_contact_load(f, half.stencils, force / f.width, field[3])
+            set_contact_load(f, eliminated.stencils, force / f.width, field[3])
 
-    def _contact_forces(
+    def _solve_contact_forces(
         self,
-        now: MotionState,
+        state: MotionState,
         step: FullStepMatrices,
-        tables: CycleInterpolator,
+        interpolator: CycleInterpolator,
         friction: Array,
         motion: tuple[Array, Array],
         fields: list[FieldInStep],
@@ -240,37 +267,45 @@ class FullStepper(ImplicitStepper):
         fields : without them and without the hub's turn
         """
         s, h, model = self.scheme, step.size, self.model
-        jacobian, contacts, mesh_of = model.jacobian, model.contacts, tables.mesh_of
-        every = np.arange(mesh_of.size)
+        jacobian, contacts, mesh_of = (
+            model.jacobian,
+            model.contacts,
+            interpolator.mesh_of,
+        )
+        all_contacts = np.arange(mesh_of.size)
         rows = np.stack(
             [
-                tables.interpolate(row.swapaxes(0, 1), every)
+                interpolator.interpolate(row.swapaxes(0, 1), all_contacts)
                 for row in (jacobian.normal, jacobian.tangential)
             ]
         )
-        u_pred, free_hub = motion
-        free = rows[0] @ (u_pred + s.beta * h * h * free_hub)
-        free -= tables.interpolate(tables.position.gap.T, every)
-        for f, gear_step, half, field in fields:
-            hub = step.mass * float(model.modal.rotation[f.gear_index] @ free_hub)
-            free[f.contacts] -= half.inward_displacement(
-                f, gear_step, s.newmark(h), field, half.turn + hub
+        u_pred, free_hub_acceleration = motion
+        free_penetration = rows[0] @ (u_pred + s.beta * h * h * free_hub_acceleration)
+        free_penetration -= interpolator.interpolate(
+            interpolator.position.gap.T, all_contacts
+        )
+        for f, gear_step, eliminated, field in fields:
+            hub_turn = step.mass * float(
+                model.modal.rotation[f.gear_index] @ free_hub_acceleration
             )
-        Q = self._compliance(step, tables, friction, rows)
+            free_penetration[f.contacts] -= eliminated.inward_displacement(
+                f, gear_step, s.newmark(h), field, eliminated.turn + hub_turn
+            )
+        Q = self._step_compliance(step, interpolator, friction, rows)
         status = kernel.find_loads(
-            contacts, mesh_of, Q, free, tables.position, now.contact
+            contacts, mesh_of, Q, free_penetration, interpolator.position, state.contact
         )
         if status != kernel.CONVERGED:
             raise DynamicsError(f"contact not solved in a step of {h:g} s")
-        load = now.contact[1]
-        now.motion[3] = -(rows[0] + friction[:, None] * rows[1]).T @ load
-        both = np.stack([load, friction * load])
-        return [both[:, f.contacts] for f in self.fields]
+        load = state.contact[1]
+        state.motion[3] = -(rows[0] + friction[:, None] * rows[1]).T @ load
+        normal_and_friction = np.stack([load, friction * load])
+        return [normal_and_friction[:, f.contacts] for f in self.fields]
 
-    def _compliance(
+    def _step_compliance(
         self,
         step: FullStepMatrices,
-        tables: CycleInterpolator,
+        interpolator: CycleInterpolator,
         friction: Array,
         rows: Array,
     ) -> Array:
@@ -279,32 +314,37 @@ class FullStepper(ImplicitStepper):
         rows : (2, c, h) normal and tangential rows of the hubs
         """
         contacts, s = self.model.contacts, self.scheme
-        every = np.arange(friction.size)
+        all_contacts = np.arange(friction.size)
         compliance_factor = s.beta * step.size**2 * (1.0 - s.alpha_f)
         condensed_rows = rows.copy()
-        contact_compliance = tables.interpolate(contacts.normal_compliance, every)
+        contact_compliance = interpolator.interpolate(
+            contacts.normal_compliance, all_contacts
+        )
         contact_compliance += (
-            tables.interpolate(contacts.tangential_compliance, every) * friction
+            interpolator.interpolate(contacts.tangential_compliance, all_contacts)
+            * friction
         )
         for f, gear_step in zip(self.fields, step.fields, strict=True):
-            hub_rotation_row, index = (
+            hub_rotation_row, field_contacts = (
                 self.model.modal.rotation[f.gear_index],
                 f.contacts,
             )
-            square = np.ix_(index, index)
+            field_block = np.ix_(field_contacts, field_contacts)
             for kind, factor in enumerate(
-                (1.0, friction[index])[: f.n_load_directions]
+                (1.0, friction[field_contacts])[: f.n_load_directions]
             ):
-                rotation_response = tables.interpolate(
-                    gear_step.rotation_at_contacts[kind], index
+                rotation_response = interpolator.interpolate(
+                    gear_step.rotation_at_contacts[kind], field_contacts
                 )
-                condensed_rows[kind, index] -= (
+                condensed_rows[kind, field_contacts] -= (
                     step.mass * rotation_response[:, None] * hub_rotation_row
                 )
-                contact_compliance[square] += (
+                contact_compliance[field_block] += (
                     compliance_factor
                     / f.width
-                    * tables.interpolate(gear_step.compliance[kind], index)
+                    * interpolator.interpolate(
+                        gear_step.compliance[kind], field_contacts
+                    )
                     * factor
                 )
         force_rows = condensed_rows[0] + friction[:, None] * condensed_rows[1]
@@ -314,20 +354,24 @@ class FullStepper(ImplicitStepper):
         )
 
     def _signed_friction(
-        self, now: MotionState, tables: CycleInterpolator, speed: float, v_pred: Array
+        self,
+        state: MotionState,
+        interpolator: CycleInterpolator,
+        speed: float,
+        v_pred: Array,
     ) -> Array:
         """Coefficient of friction toward the roots of each contact (c,)."""
         friction, contacts = self.model.jacobian.friction, self.model.contacts
         if not friction > 0.0:
             return np.zeros(self.model.contact_count)
-        now.contact[2] = self._reversed(tables, speed, v_pred)
-        sliding = tables.interpolate(
+        state.contact[2] = self._find_reversed_friction(interpolator, speed, v_pred)
+        sliding = interpolator.interpolate(
             contacts.sliding.T, np.arange(len(contacts.sliding))
         )
-        return np.where(now.contact[2] == 1, -1.0, 1.0) * friction * sliding
+        return np.where(state.contact[2] == 1, -1.0, 1.0) * friction * sliding
 
-    def _reversed(
-        self, tables: CycleInterpolator, speed: float, v_pred: Array
+    def _find_reversed_friction(
+        self, interpolator: CycleInterpolator, speed: float, v_pred: Array
     ) -> Indices:
         """Whether each contact (c,) slides against its nominal direction."""
         kinematics = self.model.kinematics
@@ -335,21 +379,28 @@ class FullStepper(ImplicitStepper):
         rotation *= np.sign(kinematics.speed)
         contacts = self.model.contacts
         return np.asarray(
-            kernel.find_reversed(contacts, rotation[kinematics.gears], tables.position)
+            kernel.find_reversed(
+                contacts, rotation[kinematics.gears], interpolator.position
+            )
         )
 
 
 FieldInStep = tuple[ElasticField, FieldStep, EliminatedField, Array]
 
 
-def add_contact_loads(step: FieldStep, half: EliminatedField, force: Array) -> None:
+def add_contact_loads(
+    step: FieldStep, eliminated: EliminatedField, force: Array
+) -> None:
     """Add the loads of forces (2, k) per unit width to a field."""
     loaded = np.flatnonzero(force.any(axis=0))
     if loaded.size:
-        teeth = np.array([half.stencils[c].tooth for c in loaded])
-        kinds, rows = force[: len(half.condensed), loaded], half.condensed[:, loaded]
-        loads = (kinds[:, :, None] * rows).sum(axis=0)
-        step.factors.add_loads(half.x, loads, teeth)
+        teeth = np.array([eliminated.stencils[c].tooth for c in loaded])
+        loaded_forces, rows = (
+            force[: len(eliminated.condensed), loaded],
+            eliminated.condensed[:, loaded],
+        )
+        loads = (loaded_forces[:, :, None] * rows).sum(axis=0)
+        step.factors.add_loads(eliminated.x, loads, teeth)
 
 
 def set_contact_load(

@@ -18,7 +18,7 @@ SHEAR_WAVE_FACTOR = 3.0
 cached_gear_modes = lru_cache(maxsize=16)(gear_modes)  # equal gears, and all torques
 
 
-def modes_of(
+def elastic_modes_of_gears(
     gear_set: GearSet,
     highest: float,
     settings: StaticsSettings,

@@ -76,18 +76,20 @@ def history_table(
     names = gear_words(gear_set)
     columns: dict[str, Column] = {"time_s": motion.time}
     for mesh, rate in enumerate(model.kinematics.rate):
-        subset = [contact for contact in contacts if contact.side.mesh == mesh]
+        own_contacts = [contact for contact in contacts if contact.side.mesh == mesh]
         position = cycle_position(float(rate), motion.time.size, steps)
-        columns |= _mesh_columns(motion, mesh, position, subset)
+        columns |= _mesh_columns(motion, mesh, position, own_contacts)
         if pair_periods(gear_set)[mesh] > 1:
             columns |= _tooth_columns(gear_set, mesh, position)
     for gear, name in enumerate(names):
-        columns |= _movements(model, motion, gear, name)
+        columns |= _gear_motion_columns(model, motion, gear, name)
     for gear, influence in (roots or {}).items():
-        subset = [contact for contact in contacts if gear in contact.side.gears]
-        columns |= _root_stresses(gear, names[gear], influence, subset)
-    differ = max(pair_periods(gear_set)) > 1
-    legend = LEGEND | (TOOTH_LEGEND if differ else {}) | (ROOT_LEGEND if roots else {})
+        own_contacts = [contact for contact in contacts if gear in contact.side.gears]
+        columns |= _root_stress_columns(gear, names[gear], influence, own_contacts)
+    teeth_differ = max(pair_periods(gear_set)) > 1
+    legend = (
+        LEGEND | (TOOTH_LEGEND if teeth_differ else {}) | (ROOT_LEGEND if roots else {})
+    )
     return HistoryTable(columns, dict(header or {}) | legend)
 
 
@@ -109,8 +111,8 @@ def _mesh_columns(
 
 def _tooth_columns(gear_set: GearSet, mesh: int, position: Column) -> dict[str, Column]:
     """Teeth of the reference pair where they are not all equal."""
-    begins = np.diff(position, prepend=position[0]) < 0.0
-    cycle = np.cumsum(begins, dtype=np.int64)
+    is_new_cycle = np.diff(position, prepend=position[0]) < 0.0
+    cycle = np.cumsum(is_new_cycle, dtype=np.int64)
     return {
         f"mesh{mesh + 1}_{role}_tooth": tooth_in_cycles(gear_set, mesh, gear, cycle) + 1
         for role, gear in (
@@ -120,7 +122,7 @@ def _tooth_columns(gear_set: GearSet, mesh: int, position: Column) -> dict[str, 
     }
 
 
-def _movements(
+def _gear_motion_columns(
     model: DynamicModel, motion: FeHistory, gear: int, name: str
 ) -> dict[str, Column]:
     """Rotation, and translation where the gear has bearings."""
@@ -133,7 +135,7 @@ def _movements(
     return columns
 
 
-def _root_stresses(
+def _root_stress_columns(
     gear: int, name: str, influence: RootInfluence, contacts: Sequence[ContactHistory]
 ) -> dict[str, Column]:
     """Root stresses of the gear's tooth in every pair of its meshes, under all
@@ -144,18 +146,20 @@ def _root_stresses(
         if contact.side.flank_sign != DRIVE:
             continue
         tooth = contact.tooth(gear)
-        parts = [
+        stress_blocks = [
             influence.stress(
                 [other.flank_load(gear, tooth, rows) for other in contacts]
             )
-            for rows in _blocks(contact.load.size)
+            for rows in _row_blocks(contact.load.size)
         ]
         mesh, pair = contact.side.mesh + 1, contact.pair_offset
-        columns[f"{name}_mesh{mesh}_tooth{pair}_root_stress_Pa"] = np.concatenate(parts)
+        columns[f"{name}_mesh{mesh}_tooth{pair}_root_stress_Pa"] = np.concatenate(
+            stress_blocks
+        )
     return columns
 
 
-def _blocks(count: int) -> Iterator[slice]:
+def _row_blocks(count: int) -> Iterator[slice]:
     for start in range(0, count, ROWS_PER_BLOCK):
         yield slice(start, start + ROWS_PER_BLOCK)
 
@@ -181,11 +185,15 @@ def history_name(torque: float, direction: Direction, frequency: float) -> str:
     """
     for name, value in (("torque", torque), ("frequency", frequency)):
         if not (value >= 0.0 and math.isfinite(value)):
-            raise ValueError(f"{name} must be finite and 0 or more, got {value}")
-    return f"{_number(torque, 3)}Nm_{direction}_{_number(frequency, 4)}Hz.csv"
+            raise ValueError(f"{name} = {value}; must be finite and 0 or more")
+    torque_text, frequency_text = (
+        _padded_decimal(torque, 3),
+        _padded_decimal(frequency, 4),
+    )
+    return f"{torque_text}Nm_{direction}_{frequency_text}Hz.csv"
 
 
-def _number(value: float, digits: int) -> str:
+def _padded_decimal(value: float, digits: int) -> str:
     """Decimals without an exponent, at least so many digits before the point."""
     text = np.format_float_positional(value, precision=6, trim="-")
     integer_digits, point, decimals = text.partition(".")

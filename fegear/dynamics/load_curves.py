@@ -54,94 +54,101 @@ def assemble_contacts(
         sliding=np.ascontiguousarray(sliding),
         arms=np.ascontiguousarray(arms),
         knots=np.array(list(penetrations.values())),
-        load_curve=np.concatenate([*_alike_curves(sides), *_different_curves(sides)]),
+        load_curve=np.concatenate(
+            [*_cubics_of_alike_teeth(sides), *_cubics_of_different_teeth(sides)]
+        ),
         normal_compliance=normal,
         tangential_compliance=tangential,
-        errors=_errors(sides),
-        **_differences(sides),
+        errors=_pitch_error_gaps(sides),
+        **_rows_of_differences(sides),
     )
 
 
-def _errors(sides: Sequence[ContactSide]) -> Array:
+def _pitch_error_gaps(sides: Sequence[ContactSide]) -> Array:
     """Gaps (c, n) of all contacts in the cycles of their meshes [m]."""
     cycles = np.arange(math.lcm(*pair_periods(sides[0].gear_set)))
     gaps = np.concatenate([side.errors(cycles) for side in sides])
     return gaps if gaps.any() else gaps[:, :0]
 
 
-def _alike_curves(sides: Sequence[ContactSide]) -> list[Array]:
+def _cubics_of_alike_teeth(sides: Sequence[ContactSide]) -> list[Array]:
     """Load curves (k, p, 2, j, 4) of the contacts of teeth that are alike, by side."""
-    return [_cubics(side, side.load_curves.load) for side in sides]
+    return [_load_cubics(side, side.load_curves.load) for side in sides]
 
 
-def _different_curves(sides: Sequence[ContactSide]) -> list[Array]:
+def _cubics_of_different_teeth(sides: Sequence[ContactSide]) -> list[Array]:
     """Load curves (k, p, 2, j, 4) of the contacts of each two teeth that differ."""
     return [
-        _cubics(side, curves.load)
+        _load_cubics(side, curves.load)
         for side in sides
         if side.differences is not None
         for curves in side.differences.curves
     ]
 
 
-def _differences(sides: Sequence[ContactSide]) -> dict[str, Array]:
+def _rows_of_differences(sides: Sequence[ContactSide]) -> dict[str, Array]:
     """Which load curves and gaps contacts have in which cycles, see `Contacts`."""
-    different = [side.differences for side in sides if side.differences is not None]
-    if not different:
+    differences = [side.differences for side in sides if side.differences is not None]
+    if not differences:
         return {}
-    cycles = np.arange(math.lcm(*(teeth.cycles for teeth in different)))
+    cycles = np.arange(math.lcm(*(teeth.cycles for teeth in differences)))
     counts = [side.load_curves.pair_offsets.size for side in sides]
-    curve, change = sum(counts), 1
-    curve_rows, gap_rows, changes = (
+    next_curve, next_gap_row = sum(counts), 1
+    curve_rows, gap_rows, gap_changes = (
         [],
         [],
         [np.zeros((1, len(sides[0].load_curves.gap)))],
     )
-    for side, first, count in zip(
+    for side, first_contact, count in zip(
         sides, np.cumsum([0, *counts[:-1]]), counts, strict=True
     ):
         contact = np.arange(count)[:, None]
         if side.differences is None:
-            curve_rows.append(np.broadcast_to(first + contact, (count, cycles.size)))
+            curve_rows.append(
+                np.broadcast_to(first_contact + contact, (count, cycles.size))
+            )
             gap_rows.append(np.zeros((count, cycles.size), np.int64))
             continue
         teeth = side.differences
         number = teeth.number[:, cycles % teeth.number.shape[1]]
-        different_curve = curve + (number - 1) * count + contact
-        row = np.where(number > 0, different_curve, first + contact)
+        different_curve = next_curve + (number - 1) * count + contact
+        row = np.where(number > 0, different_curve, first_contact + contact)
         curve_rows.append(row)
-        rows, of_cycles = _gap_changes(side, number, cycles % len(teeth.gap))
-        gap_rows.append(change + of_cycles)
-        changes.append(rows)
-        curve, change = curve + count * len(teeth.curves), change + len(rows)
+        rows, gap_row_of_cycle = _gap_changes(side, number, cycles % len(teeth.gap))
+        gap_rows.append(next_gap_row + gap_row_of_cycle)
+        gap_changes.append(rows)
+        next_curve, next_gap_row = (
+            next_curve + count * len(teeth.curves),
+            next_gap_row + len(rows),
+        )
     return {
         "curve_rows": np.concatenate(curve_rows),
         "gap_rows": np.concatenate(gap_rows),
-        "gap_changes": np.concatenate(changes),
+        "gap_changes": np.concatenate(gap_changes),
     }
 
 
 def _gap_changes(
-    side: ContactSide, number: Indices, turn: Indices
+    side: ContactSide, number: Indices, turn_row: Indices
 ) -> tuple[Array, Indices]:
     """Different changes (r, p) of the gaps of a side [m], and which (k, n) have which.
 
-    number : (k, n) of the teeth in the cycles; turn : (n,) row of the centres' gaps
+    number : (k, n) of the teeth in the cycles; turn_row : (n,) row of the centres' gaps
     """
     teeth = require_present(side.differences, "differences")
     contact = np.where(number > 0, np.arange(len(number))[:, None], 0)
-    turns, numbers = len(teeth.gap), 1 + len(teeth.curves)
-    code = (contact * numbers + number) * turns + turn
-    codes, rows = np.unique(code, return_inverse=True)
-    changes = teeth.gap[codes % turns].copy()
-    of_contact, of_teeth = np.divmod(codes // turns, numbers)
-    for row, (k, v) in enumerate(zip(of_contact, of_teeth, strict=True)):
+    n_turn_rows, n_curves = len(teeth.gap), 1 + len(teeth.curves)
+    combination = (contact * n_curves + number) * n_turn_rows + turn_row
+    combinations, rows = np.unique(combination, return_inverse=True)
+    changes = teeth.gap[combinations % n_turn_rows].copy()
+    contact_of_row, curve_of_row = np.divmod(combinations // n_turn_rows, n_curves)
+    for row, (k, v) in enumerate(zip(contact_of_row, curve_of_row, strict=True)):
         if v > 0:
             changes[row] += teeth.curves[v - 1].gap[:, k] - side.load_curves.gap[:, k]
-    return changes, rows.reshape(code.shape)
+    return changes, rows.reshape(combination.shape)
 
 
-def _cubics(side: ContactSide, load: Array) -> Array:
+def _load_cubics(side: ContactSide, load: Array) -> Array:
     """Monotone cubics (k, p, 2, j, 4) of loads (p, k, 2, j + 1), by rising power.
 
     With friction as is nominal on this side, then reversed.
@@ -160,7 +167,7 @@ def _residual_compliance(
     R = C - sum_i w_i w_i^T / omega_i^2 with the Jacobian w of mode i (MacNeal 1971).
     """
     mesh_of = rows.mesh_of
-    hubs, rigidity = body.damping.size, body.rigidity
+    n_hub_coordinates, rigidity = body.damping.size, body.rigidity
     contacts, positions = rows.normal.shape[:2]
     normal, tangential = (np.zeros((positions, contacts, contacts)) for _ in range(2))
     start = 0
@@ -169,11 +176,13 @@ def _residual_compliance(
         normal[:, block, block] = side.load_curves.normal_compliance
         tangential[:, block, block] = side.load_curves.tangential_compliance
         start = block.stop
-    for c, one in enumerate(mesh_of):
-        for d, two in enumerate(mesh_of):
-            receiver_columns, source_columns = _common(rows, hubs, one, two)
+    for c, mesh in enumerate(mesh_of):
+        for d, other_mesh in enumerate(mesh_of):
+            receiver_columns, source_columns = _shared_elastic_columns(
+                rows, n_hub_coordinates, mesh, other_mesh
+            )
             modal_compliance = (
-                1.0 / rigidity[rows.columns[one, receiver_columns] - hubs]
+                1.0 / rigidity[rows.columns[mesh, receiver_columns] - n_hub_coordinates]
             )
             receiver = rows.normal[c][:, receiver_columns] * modal_compliance
             for out, source in ((normal, rows.normal), (tangential, rows.tangential)):
@@ -181,14 +190,14 @@ def _residual_compliance(
     return normal, tangential
 
 
-def _common(
-    rows: ContactJacobian, hubs: int, one: int, two: int
+def _shared_elastic_columns(
+    rows: ContactJacobian, n_hub_coordinates: int, mesh: int, other_mesh: int
 ) -> tuple[Indices, Indices]:
     """Places of the elastic coordinates that two meshes share, in the row of each."""
-    count, columns = rows.widths, rows.columns
-    _, columns_of_one, columns_of_two = np.intersect1d(
-        columns[one, hubs : count[one]],
-        columns[two, hubs : count[two]],
+    widths, columns = rows.widths, rows.columns
+    _, in_mesh, in_other_mesh = np.intersect1d(
+        columns[mesh, n_hub_coordinates : widths[mesh]],
+        columns[other_mesh, n_hub_coordinates : widths[other_mesh]],
         return_indices=True,
     )
-    return hubs + columns_of_one, hubs + columns_of_two
+    return n_hub_coordinates + in_mesh, n_hub_coordinates + in_other_mesh

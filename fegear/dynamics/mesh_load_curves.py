@@ -35,7 +35,7 @@ def pitch_point(gear_set: GearSet, mesh: int, positions: int) -> tuple[int, int]
     return -round(phase + position_index / positions), position_index
 
 
-def equal_tables(
+def tables_of_equal_teeth(
     gear_set: GearSet, torque: float, excitations: Excitations
 ) -> list[MeshTable]:
     """Mesh tables of teeth that are all alike, without pitch errors and other faults.
@@ -44,10 +44,10 @@ def equal_tables(
 
     torque : on the input gear [N m]
     """
-    equal = with_equal_teeth(without_pitch_errors(gear_set))
+    set_of_equal_teeth = with_equal_teeth(without_pitch_errors(gear_set))
     return [
-        excitations.table(equal, mesh, on_mesh)
-        for mesh, on_mesh in enumerate(mesh_torques_at(gear_set, torque))
+        excitations.table(set_of_equal_teeth, mesh, mesh_torque)
+        for mesh, mesh_torque in enumerate(mesh_torques_at(gear_set, torque))
     ]
 
 

@@ -63,7 +63,7 @@ def generalized_alpha(rho_inf: float) -> Scheme:
     Raises ValueError outside of that.
     """
     if not 0.0 <= rho_inf <= 1.0:
-        raise ValueError(f"rho_inf must be from 0 to 1, got {rho_inf}")
+        raise ValueError(f"rho_inf = {rho_inf}; must be from 0 to 1")
     alpha_m = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0)
     alpha_f = rho_inf / (rho_inf + 1.0)
     lag = alpha_f - alpha_m

@@ -80,10 +80,10 @@ class ContactSide:
         Counter-clockwise on an internal gear.
         """
         # the driven tooth's other flank meets the next tooth of the driver
-        ahead = 1 if self.flank_sign == BACK and gear == self.gears[0] else 0
+        teeth_ahead = 1 if self.flank_sign == BACK and gear == self.gears[0] else 0
         sense = rolling_senses(self.gear_set)[gear]
         return self._first[self.mesh, gear] - sense * (
-            self.load_curves.pair_offsets + ahead
+            self.load_curves.pair_offsets + teeth_ahead
         )
 
     def errors(self, cycles: NDArray[np.int64]) -> Array:

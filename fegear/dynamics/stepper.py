@@ -180,10 +180,10 @@ class ImplicitStepper(ABC):
         """Advance the motion by one common period."""
         from lumped.kernels.convergence import close_period
 
-        state, motion = self._common_period(state, speed)
+        state, history = self._integrate_common_period(state, speed)
         convergence.limits[:] = (
-            motion.deflection.min(axis=0),
-            motion.deflection.max(axis=0),
+            history.deflection.min(axis=0),
+            history.deflection.max(axis=0),
         )
         convergence.error_bound[:] = CONTACT_ROUNDOFF * np.abs(convergence.limits).max(
             axis=0
@@ -194,12 +194,14 @@ class ImplicitStepper(ABC):
     def record(
         self, state: MotionState, speed: Speed, periods: int
     ) -> tuple[MotionState, FeHistory]:
-        parts = []
-        for done in range(periods):
-            state, motion = self._common_period(state, speed.offset_by(done))
-            parts.append(motion)
-            speed.callback(done + 1)
-        return state, join_histories(parts)
+        histories = []
+        for period in range(periods):
+            state, history = self._integrate_common_period(
+                state, speed.offset_by(period)
+            )
+            histories.append(history)
+            speed.callback(period + 1)
+        return state, join_histories(histories)
 
     def change_speed(
         self,
@@ -212,22 +214,31 @@ class ImplicitStepper(ABC):
 
         It ends after whole common periods, when the tooth pairs are where they began.
         """
-        length, repetitions = (
+        cycles_per_period, repetitions = (
             self.system.train.common_period[0],
             self.system.repetitions,
         )
-        stops = math.ceil(settings.ramp_periods / length)
-        for number in range(math.ceil(stops / repetitions) * repetitions):
-            fraction = (number + 1.0) / (stops + 1.0)
-            smooth = fraction * fraction * (3.0 - 2.0 * fraction)
+        n_speeds = math.ceil(settings.ramp_periods / cycles_per_period)
+        for speed_number in range(math.ceil(n_speeds / repetitions) * repetitions):
+            fraction = (speed_number + 1.0) / (n_speeds + 1.0)
+            smooth_fraction = fraction * fraction * (3.0 - 2.0 * fraction)
             frequency = (
-                start_frequency + (end_frequency - start_frequency) * smooth
+                start_frequency + (end_frequency - start_frequency) * smooth_fraction
                 if fraction < 1.0
                 else end_frequency
             )
-            cycle = steps_per_cycle(self.model, frequency, settings)
-            steps, start = cycle * length, number % repetitions * length * cycle
-            grid = TimeSteps(frequency, 1.0 / (frequency * cycle), steps, cycle, start)
+            cycle_steps = steps_per_cycle(self.model, frequency, settings)
+            n_steps, start_step = (
+                cycle_steps * cycles_per_period,
+                speed_number % repetitions * cycles_per_period * cycle_steps,
+            )
+            grid = TimeSteps(
+                frequency,
+                1.0 / (frequency * cycle_steps),
+                n_steps,
+                cycle_steps,
+                start_step,
+            )
             state, _ = self.integrate(state, grid)
         return state
 
@@ -241,26 +252,32 @@ class ImplicitStepper(ABC):
         """Steps between two looks at the clock, for `cycle` steps of the first mesh."""
         return PERIODS_PER_PIECE * cycle
 
-    def _common_period(
+    def _integrate_common_period(
         self, state: MotionState, speed: Speed
     ) -> tuple[MotionState, FeHistory]:
         """Integrate through a common period; watched between parts of a long one.
 
         Raises InputError where it is too long to be recorded.
         """
-        cycle = steps_per_cycle(self.model, speed.frequency, speed.settings)
-        _require_memory(self.model, cycle)
-        grid = TimeSteps(speed.frequency, 1.0 / (speed.frequency * cycle), 0, cycle)
-        total_steps = self.system.common_period[0] * cycle
-        piece = self.steps_per_piece(cycle)
-        parts = []
-        for start in range(0, total_steps, piece):
-            if start:
+        cycle_steps = steps_per_cycle(self.model, speed.frequency, speed.settings)
+        _require_memory(self.model, cycle_steps)
+        grid = TimeSteps(
+            speed.frequency, 1.0 / (speed.frequency * cycle_steps), 0, cycle_steps
+        )
+        total_steps = self.system.common_period[0] * cycle_steps
+        steps_per_piece = self.steps_per_piece(cycle_steps)
+        histories = []
+        for first_step in range(0, total_steps, steps_per_piece):
+            if first_step:
                 speed.callback(0)
-            part = replace(grid, count=min(piece, total_steps - start), start=start)
-            state, motion = self.integrate(state, part)
-            parts.append(motion)
-        return state, join_histories(parts)
+            piece_steps = replace(
+                grid,
+                count=min(steps_per_piece, total_steps - first_step),
+                start=first_step,
+            )
+            state, history = self.integrate(state, piece_steps)
+            histories.append(history)
+        return state, join_histories(histories)
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,22 +295,27 @@ class ReducedStepper(ImplicitStepper):
     ) -> tuple[MotionState, FeHistory]:
         from fegear.dynamics.kernels import reduced as kernel
 
-        model, now = self.model, state.copy()
+        model, new_state = self.model, state.copy()
         record = empty_record(model, steps.count)
         speed = 2.0 * math.pi * steps.frequency
         clock = Clock(speed, steps.cycle, steps.start, model.limit)
-        status, done = kernel.integrate(
-            model.arrays, self.step(steps.size), clock, now.motion, now.contact, record
+        status, n_steps = kernel.integrate(
+            model.arrays,
+            self.step(steps.size),
+            clock,
+            new_state.motion,
+            new_state.contact,
+            record,
         )
         if status == kernel.DIVERGED:
-            raise Diverged(done / (steps.cycle * self.system.common_period[0]))
+            raise Diverged(n_steps / (steps.cycle * self.system.common_period[0]))
         if status != kernel.FINISHED:
             raise DynamicsError(
-                f"contact not solved at {steps.frequency:g} Hz after {done} steps: "
+                f"contact not solved at {steps.frequency:g} Hz after {n_steps} steps: "
                 "the load may be more than these teeth can carry, or more steps may "
                 "help"
             )
-        return now, history_from_record(steps.size, record)
+        return new_state, history_from_record(steps.size, record)
 
     @lru_cache(maxsize=2)  # noqa: B019  a stepper lives as long as its run
     def step(self, size: float) -> StepMatrices:
@@ -328,25 +350,25 @@ def empty_record(model: DynamicModel, steps: int) -> Record:
 
 def history_from_record(step: float, record: Record) -> FeHistory:
     """What the kernels record at every step [s]."""
-    dte, rate, force, drive, back = record.mesh.transpose(1, 0, 2)
+    dte, rate, force, drive_force, back_force = record.mesh.transpose(1, 0, 2)
     time = step * np.arange(float(len(dte)))
-    meshes = dte, rate, force, drive, back, force
+    meshes = dte, rate, force, drive_force, back_force, force
     return FeHistory(time, *meshes, pair_load=record.load, hub=record.hub)
 
 
-def join_histories(parts: list[FeHistory]) -> FeHistory:
+def join_histories(histories: list[FeHistory]) -> FeHistory:
     """Consecutive motions as one; the end of one is the start of the next."""
-    if len(parts) == 1:
-        return parts[0]
+    if len(histories) == 1:
+        return histories[0]
     arrays = {
         name: np.concatenate(
-            [getattr(part, name)[:-1] for part in parts[:-1]]
-            + [getattr(parts[-1], name)]
+            [getattr(history, name)[:-1] for history in histories[:-1]]
+            + [getattr(histories[-1], name)]
         )
         for name in (field.name for field in fields(FeHistory))
-        if getattr(parts[0], name) is not None
+        if getattr(histories[0], name) is not None
     }
-    arrays["time"] = parts[0].time[1] * np.arange(float(len(arrays["rate"])))
+    arrays["time"] = histories[0].time[1] * np.arange(float(len(arrays["rate"])))
     return FeHistory(**arrays)
 
 
@@ -355,26 +377,33 @@ def steps_per_cycle(
 ) -> int:
     """Steps of a cycle of the first mesh, a multiple of the settings' number."""
     system = model.reference
-    base = math.ceil(settings.steps * max(system.train.mesh_rates))
-    needed = system.modes.angular[mesh_mode_mask(system)].max() / settings.hub_angle
+    base_steps = math.ceil(settings.steps * max(system.train.mesh_rates))
+    needed_steps = (
+        system.modes.angular[mesh_mode_mask(system)].max() / settings.hub_angle
+    )
     if model.modal.rigidity.size:
-        highest = math.sqrt(model.modal.rigidity.max())
-        needed = max(needed, highest / settings.step_angle)
-    return base * max(1, math.ceil(needed / (frequency * base)))
+        highest_angular = math.sqrt(model.modal.rigidity.max())
+        needed_steps = max(needed_steps, highest_angular / settings.step_angle)
+    return base_steps * max(1, math.ceil(needed_steps / (frequency * base_steps)))
 
 
-def _require_memory(model: DynamicModel, cycle: int) -> None:
+def _require_memory(model: DynamicModel, cycle_steps: int) -> None:
     """A common period with pitch errors must not be too long to be recorded.
 
-    cycle : steps of a cycle of the first mesh
+    cycle_steps : steps of a cycle of the first mesh
     """
-    length = model.reference.common_period[0]
-    needed = 8 * length * cycle * sum(part[0].size for part in empty_record(model, 0))
-    if model.reference.repetitions > 1 and needed > MAX_BYTES:
+    n_cycles = model.reference.common_period[0]
+    needed_bytes = (
+        8
+        * n_cycles
+        * cycle_steps
+        * sum(array[0].size for array in empty_record(model, 0))
+    )
+    if model.reference.repetitions > 1 and needed_bytes > MAX_BYTES:
         raise InputError(
-            f"{length} cycles of the first mesh, after which all meshes and tooth "
-            f"pairs with pitch errors or faults repeat, of {cycle} steps each: "
-            f"{needed / 1e9:.3g} GB of motion, more than a run should hold in memory; "
-            "allowed are pitch errors or faults of fewer gears or that repeat sooner, "
-            "fewer steps"
+            f"{n_cycles} cycles of the first mesh, after which all meshes and tooth "
+            f"pairs with pitch errors or faults repeat, of {cycle_steps} steps each: "
+            f"{needed_bytes / 1e9:.3g} GB of motion, more than a run should hold in "
+            "memory; allowed are pitch errors or faults of fewer gears or that repeat "
+            "sooner, fewer steps"
         )

@@ -1,10 +1,11 @@
-"""What gears are solved for on disk, under a hash of everything it depends on."""
+"""Elasticity of gears on disk, in directories named after all that determines it."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, fields
+from contextlib import suppress
+from dataclasses import asdict, fields, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
@@ -30,13 +31,37 @@ from fegear.elasticity.flank import (
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.root_stress import RootInfluence, root_influence
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
-from fegear.files.array_files import digest, load_arrays, save_arrays
+from fegear.elasticity.wide_flank import (
+    DEGREE,
+    MESH,
+    WideFlank,
+    WidthModes,
+    wide_flank,
+    width_modes,
+)
+from fegear.elasticity.width import (
+    MESH_REFINEMENT,
+    WidthCorrection,
+    width_correction,
+)
+from fegear.elasticity.width_functions import END_LAYERS
+from fegear.files.array_bytes import pack, unpack
+from fegear.files.errors import InputError
+from fegear.files.kept import (
+    directory_of_inputs,
+    read_verified_files,
+    with_inputs_file,
+    write_verified_files,
+)
+from lumped.common.checks import require_present
 from meshes import MeshSize, SpurGear
 from meshes.crack import Crack
+from meshes.helical import HelicalGear
 
 Arrays = dict[str, NDArray[Any]]
+ARRAYS = "arrays.npz"
 Body = TypeVar("Body")  # a dataclass of numbers and arrays
-FORMAT = 5  # raise when geometry, mesh, elasticity or the file layout change
+FORMAT = 6  # raise when geometry, mesh, elasticity or the file layout change
 
 
 def cache_directory() -> Path:
@@ -49,20 +74,14 @@ def cache_directory() -> Path:
     return Path(platformdirs.user_cache_dir("fegear"))
 
 
-def cache_key(
-    gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int, split: bool
-) -> str:
-    """Hash of all inputs, of this format and of the libraries that matter."""
-    return digest(_inputs(gear, material, size, order) | {"split": split})
-
-
-def _inputs(
-    gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int
+def inputs_of(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize, order: int = 2
 ) -> dict[str, Any]:
+    """All that determines a sector, this format and the libraries that matter."""
     return {
         "format": FORMAT,
         "gear": asdict(gear),
-        "material": asdict(material),
+        "material": asdict(material.section),
         "size": asdict(size),
         "order": order,
         "libraries": _versions(),
@@ -77,18 +96,30 @@ def cached_arrays(
 ) -> Arrays:
     """Arrays of a sector, read from disk where they were computed before.
 
-    name : of the quantity, with which the file's name begins
+    name : of the quantity, with which the directory's name begins
     inputs : plain values on which it depends besides the sector
     """
-    of_sector = _inputs(sector.gear, sector.material, sector.size, sector.order)
+    of_sector = inputs_of(sector.gear, sector.material, sector.size, sector.order)
     if sector.cracks:
         of_sector["cracks"] = [asdict(crack) for crack in sector.cracks]
-    key = digest(of_sector | {"name": name, "inputs": dict(inputs)})
-    path = _path(name, key)
-    arrays = load_arrays(path, key)
-    if arrays is None:
-        arrays = compute()
-        save_arrays(path, key, arrays)
+    return kept_arrays(name, of_sector | {"inputs": dict(inputs)}, compute)
+
+
+def kept_arrays(
+    name: str, inputs: Mapping[str, Any], compute: Callable[[], Arrays]
+) -> Arrays:
+    """Arrays of all these inputs, read from disk where they were computed before."""
+    inputs = {**inputs, "name": name}
+    directory = directory_of_inputs(cache_directory(), name, inputs)
+    with suppress(InputError):
+        contents = read_verified_files(directory, inputs, [ARRAYS])
+        if contents is not None:
+            return unpack(contents[ARRAYS])
+    arrays = compute()
+    with suppress(InputError):  # next time it is computed again, which is only slower
+        write_verified_files(
+            directory, with_inputs_file(inputs, {ARRAYS: pack(arrays)})
+        )
     return arrays
 
 
@@ -100,13 +131,18 @@ def cached_body(
     kind: Callable[..., Body],
 ) -> Body:
     """`cached_arrays` of a dataclass, whose fields are arrays and numbers."""
+    arrays = cached_arrays(name, sector, inputs, lambda: _arrays_of(compute()))
+    return kind(**_plain(arrays))
 
-    def as_arrays() -> Arrays:
-        values: Any = compute()
-        return {n.name: np.asarray(getattr(values, n.name)) for n in fields(values)}
 
-    arrays = cached_arrays(name, sector, inputs, as_arrays)
-    return kind(**{n: v if v.ndim else v.item() for n, v in arrays.items()})
+def _arrays_of(values: Any) -> Arrays:
+    """Numbers and arrays of a dataclass, without what it is of."""
+    names = (f.name for f in fields(values) if f.name not in ("origin", "gear"))
+    return {name: np.asarray(getattr(values, name)) for name in names}
+
+
+def _plain(arrays: Arrays) -> dict[str, Any]:
+    return {n: v if v.ndim else v.item() for n, v in arrays.items()}
 
 
 @cache
@@ -123,20 +159,57 @@ def cached_flank_compliance(
     order: int = 2,
     split: bool = True,
 ) -> FlankCompliance:
-    """`flank_compliance`, read from disk where it was computed before."""
+    """`flank_compliance`, read from disk where it was computed before.
+
+    In teeth of their width that in plane strain and what the width adds.
+    """
     size = size or MeshSize()
-    key = cache_key(gear, material, size, order, split)
-    path = _path("flank", key)
-    arrays = load_arrays(path, key)
-    if arrays is None:
-        computed = flank_compliance(cyclic_sector(gear, material, size, order), split)
-        names = [f.name for f in fields(computed) if f.name != "origin"]
-        arrays = {name: np.asarray(getattr(computed, name)) for name in names}
-        save_arrays(path, key, arrays)
-    plain: Any = {n: v if v.ndim else v.item() for n, v in arrays.items()}
+    if material.plane == "width":
+        section = cached_flank_compliance(gear, material.section, size, order, split)
+        return _cached_width_correction(gear, material).added_to(section, gear)
+
+    def compute() -> Arrays:
+        sector = cyclic_sector(gear, material, size, order)
+        return _arrays_of(flank_compliance(sector, split))
+
+    inputs = inputs_of(gear, material, size, order) | {"split": split}
+    plain = _plain(kept_arrays("flank", inputs, compute))
     has_origin = split and order == 2
     origin = FlankOrigin(gear, material, size) if has_origin else None
     return FlankCompliance(**plain, origin=origin)
+
+
+def _cached_width_correction(
+    gear: SpurGear, material: PlaneMaterial
+) -> WidthCorrection:
+    """`width_correction`, read from disk where it was computed before."""
+    size = MeshSize().refined(MESH_REFINEMENT)
+    return cached_body(
+        "width",
+        cyclic_sector(gear, material, size),
+        {"width": material.width, "layers": list(END_LAYERS)},
+        lambda: width_correction(gear, material),
+        WidthCorrection,
+    )
+
+
+def cached_wide_flank(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize
+) -> WideFlank:
+    """`wide_flank` of a gear of the material's width, its finite elements from disk."""
+    if isinstance(gear, HelicalGear) and gear.helix_angle < 0.0:
+        right_handed = replace(gear, helix_angle=-gear.helix_angle)
+        return cached_wide_flank(right_handed, material, size).mirrored
+    width = require_present(material.width, "width")
+    modes = cached_body(
+        "modes_over_width",
+        cyclic_sector(gear, material, MESH),
+        {"width": width, "degree": DEGREE},
+        lambda: width_modes(gear, material),
+        WidthModes,
+    )
+    section = cached_flank_compliance(gear, material.section, size)
+    return wide_flank(gear, section, modes, width)
 
 
 def cached_rootward_compliance(origin: FlankOrigin) -> NDArray[np.float64]:
@@ -153,15 +226,12 @@ def cached_root_influence(
     gear: SpurGear, material: PlaneMaterial, size: MeshSize
 ) -> RootInfluence:
     """`root_influence`, read from disk where it was computed before."""
-    key = cache_key(gear, material, size, order=2, split=True)
-    path = _path("root", key)
-    arrays = load_arrays(path, key)
-    if arrays is not None:
-        return RootInfluence(gear, grading=size.flank_grading, **arrays)
-    influence = root_influence(cyclic_sector(gear, material, size))
-    names = "fillets", "arcs", "remainder"
-    save_arrays(path, key, {name: getattr(influence, name) for name in names})
-    return influence
+
+    def compute() -> Arrays:
+        return _arrays_of(root_influence(cyclic_sector(gear, material, size)))
+
+    arrays = kept_arrays("root", inputs_of(gear, material, size), compute)
+    return RootInfluence(gear, **_plain(arrays))
 
 
 def cached_compliance_change(
@@ -246,7 +316,3 @@ def _counted_from(
 
 def _plain_cracks(cracks: Mapping[int, Sequence[Crack]]) -> list[Any]:
     return [[t, [asdict(crack) for crack in parts]] for t, parts in cracks.items()]
-
-
-def _path(kind: str, key: str) -> Path:
-    return cache_directory() / f"{kind}-{key[:32]}.npz"

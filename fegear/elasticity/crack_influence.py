@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fegear.elasticity.crack_tip import TipField, tip_field
-from fegear.elasticity.damaged_ring import SIDES, DamagedRing
+from fegear.elasticity.damaged_ring import FLANK_SIDES, DamagedRing
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, SectorLoads, flamant_displacement
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.root_stress import FlankLoad, broadcast_loads, near_load
@@ -184,8 +184,8 @@ def _intensities(ring: DamagedRing, tooth: int) -> tuple[Array, Array]:
     by_cuts = -weights.T @ sector.condensation.response
     n = len(sector.flanks[RIGHT].arcs)
     offsets = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
-    tables = np.zeros((len(tips), 2, 2, len(SIDES), len(offsets), 2, n))
-    for side in SIDES:
+    tables = np.zeros((len(tips), 2, 2, len(FLANK_SIDES), len(offsets), 2, n))
+    for side in FLANK_SIDES:
         for row, offset in enumerate(offsets):
             source = (tooth + offset) % ring.teeth
             ends = ring.displacement(tooth, source, ring.on_cuts(source, side))

@@ -86,8 +86,8 @@ class CyclicGear:
         coefficients = mass_factor, stiffness_factor
         if not (all(0.0 <= f < math.inf for f in coefficients) and any(coefficients)):
             raise ValueError(
-                "mass_factor and stiffness_factor must be finite, not negative and "
-                f"not both zero, got {coefficients}"
+                f"mass_factor, stiffness_factor = {coefficients}; must be finite, not "
+                "negative and not both zero"
             )
         system = mass_factor * self.mass_matrix + stiffness_factor * self.stiffness
         return _eliminate(csr_array(system), self.n_interior, self.unknowns, self.teeth)
@@ -102,7 +102,7 @@ def sector_array(rows: int, teeth: int) -> Array:
 def cyclic_gear(sector: CyclicSector, density: float) -> CyclicGear:
     """Mass and stiffness of the gear that a sector represents; density in kg/m3."""
     if not 0.0 < density < math.inf:
-        raise ValueError(f"density must be positive and finite, got {density}")
+        raise ValueError(f"density = {density}; must be positive and finite")
     mass, rigid_modes, interior = (
         sector.mass(density),
         sector.rigid_body_modes,
@@ -315,4 +315,4 @@ def _invert_ring(superelement: Any, teeth: int) -> NDArray[np.complex128]:
 
 def _require_shape(name: str, array: Array, shape: tuple[int, int]) -> None:
     if array.shape != shape:
-        raise ValueError(f"{name} must have shape {shape}, got {array.shape}")
+        raise ValueError(f"shape of {name} = {array.shape}; must be {shape}")

@@ -43,7 +43,7 @@ from meshes import SpurGear
 from meshes.crack import Crack
 
 ToothCracks = Mapping[int, Crack | Sequence[Crack]]  # by tooth, one a fillet at most
-SIDES = (RIGHT, LEFT)
+FLANK_SIDES = (RIGHT, LEFT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +90,8 @@ class ComplianceChange:
             Change of `FlankCompliance.normal` and `FlankCompliance.tangential` of that
             receiver and source; zero where no damaged tooth is near.
         """
-        if flank not in SIDES:
-            raise ValueError(f"flank must be {RIGHT} or {LEFT}, got {flank}")
+        if flank not in FLANK_SIDES:
+            raise ValueError(f"flank = {flank}; must be {RIGHT} or {LEFT}")
         rows = [
             np.flatnonzero(self.affected == t % self.teeth) for t in (receiver, source)
         ]
@@ -174,28 +174,34 @@ class DamagedRing:
 
         That of the left one is its mirror image.
         """
-        unit, n = (
+        unit_loads, n = (
             self._loads_of(self.healthy, RIGHT),
             len(self.healthy.flanks[RIGHT].arcs),
         )
-        ends = self.between(0, 0) @ unit.on_cuts[:, :n]
-        return _flank_of_itself(self.healthy, unit.loads, ends, RIGHT)
+        cut_displacement = self.between(0, 0) @ unit_loads.on_cuts[:, :n]
+        return _displacement_of_loaded_flank(
+            self.healthy, unit_loads.loads, cut_displacement, RIGHT
+        )
 
     def without_closed(self, side: int) -> DamagedRing | None:
         """The ring with those cracks alone that loads on a flank open; None if none.
 
         They are at the fillet of the same side, which bending of the tooth stretches.
         """
-        cracked = {}
+        opened_sectors = {}
         for tooth, sector in self.cracked.items():
-            opened = tuple(c for c in sector.cracks if c.left == (side == LEFT))
-            if opened == sector.cracks:
-                cracked[tooth] = sector
-            elif opened:
-                cracked[tooth] = replace(sector, cracks=opened)
-        if not cracked:
+            open_cracks = tuple(c for c in sector.cracks if c.left == (side == LEFT))
+            if open_cracks == sector.cracks:
+                opened_sectors[tooth] = sector
+            elif open_cracks:
+                opened_sectors[tooth] = replace(sector, cracks=open_cracks)
+        if not opened_sectors:
             return None
-        return self if cracked == self.cracked else replace(self, cracked=cracked)
+        return (
+            self
+            if opened_sectors == self.cracked
+            else replace(self, cracked=opened_sectors)
+        )
 
     @cached_property
     def cut_compliance(self) -> dict[int, Array]:
@@ -203,20 +209,27 @@ class DamagedRing:
         cuts = np.unique(
             np.concatenate([self.affected, self.affected - 1]) % self.teeth
         )
-        apart = np.unique((cuts[:, None] - cuts) % self.teeth)
-        apart = np.unique(np.minimum(apart, self.teeth - apart)).tolist()
+        sectors_apart = np.unique((cuts[:, None] - cuts) % self.teeth)
+        sectors_apart = np.unique(
+            np.minimum(sectors_apart, self.teeth - sectors_apart)
+        ).tolist()
         superelement = self.healthy.condensation.superelement
         m = len(superelement) // 2
-        unit, nothing = np.eye(m), np.zeros((m, m))
-        return ring_response(superelement, nothing, unit, self.teeth, apart)
+        unit_loads, no_loads = np.eye(m), np.zeros((m, m))
+        return ring_response(
+            superelement, no_loads, unit_loads, self.teeth, sectors_apart
+        )
 
     def compliance(self, rows: Iterable[int], columns: Iterable[int]) -> Array:
         """Compliance of the healthy ring; cut c lies between teeth c and c + 1."""
         return np.block(
-            [[self._between(row - column) for column in columns] for row in rows]
+            [
+                [self._cut_compliance_at(row - column) for column in columns]
+                for row in rows
+            ]
         )
 
-    def _between(self, offset: int) -> Array:
+    def _cut_compliance_at(self, offset: int) -> Array:
         offset %= self.teeth
         if 2 * offset <= self.teeth:
             return self.cut_compliance[offset]
@@ -234,21 +247,26 @@ class DamagedRing:
         (S' - S) (I + G (S' - S))^-1, symmetric.
         """
         cuts, m = self.changed_cuts, len(self.healthy.cut) // 2
-        difference = np.zeros((len(cuts) * m, len(cuts) * m))
-        healthy = self.healthy.condensation.superelement
+        superelement_change = np.zeros((len(cuts) * m, len(cuts) * m))
+        healthy_superelement = self.healthy.condensation.superelement
         for tooth, sector in self.cracked.items():
-            rows = self._rows_of(tooth)
-            change = sector.condensation.superelement - healthy
-            difference[np.ix_(rows, rows)] += change
-        system = np.eye(len(difference)) + self.compliance(cuts, cuts) @ difference
-        correction = np.linalg.solve(system.T, difference).T
+            tooth_rows = self._rows_of_changed_cuts(tooth)
+            change = sector.condensation.superelement - healthy_superelement
+            superelement_change[np.ix_(tooth_rows, tooth_rows)] += change
+        system = (
+            np.eye(len(superelement_change))
+            + self.compliance(cuts, cuts) @ superelement_change
+        )
+        correction = np.linalg.solve(system.T, superelement_change).T
         return 0.5 * (correction + correction.T)
 
-    def _rows_of(self, tooth: int) -> NDArray[np.int64]:
+    def _rows_of_changed_cuts(self, tooth: int) -> NDArray[np.int64]:
         """Rows of a cracked tooth's cuts among all that changed."""
         m = len(self.healthy.cut) // 2
-        first = [self.changed_cuts.index(c % self.teeth) for c in (tooth - 1, tooth)]
-        return np.concatenate([i * m + np.arange(m) for i in first])
+        cut_indices = [
+            self.changed_cuts.index(c % self.teeth) for c in (tooth - 1, tooth)
+        ]
+        return np.concatenate([i * m + np.arange(m) for i in cut_indices])
 
     def between(self, receiver: int, source: int) -> Array:
         """Compliance (cut, cut) of the cuts of two teeth in the healthy ring."""
@@ -256,10 +274,14 @@ class DamagedRing:
 
     def displacement(self, receiver: int, source: int, load: Array) -> Array:
         """Polar displacement (cut, k) of a tooth's cuts under loads on those of one."""
-        changed = self.compliance(self.changed_cuts, (source - 1, source)) @ load
-        back = self.compliance((receiver - 1, receiver), self.changed_cuts)
-        free = self.between(receiver, source) @ load
-        return np.asarray(free - back @ (self.correction @ changed))
+        at_changed_cuts = (
+            self.compliance(self.changed_cuts, (source - 1, source)) @ load
+        )
+        from_changed_cuts = self.compliance((receiver - 1, receiver), self.changed_cuts)
+        without_cracks = self.between(receiver, source) @ load
+        return np.asarray(
+            without_cracks - from_changed_cuts @ (self.correction @ at_changed_cuts)
+        )
 
 
 def damaged_ring(
@@ -287,8 +309,8 @@ def damaged_ring(
 
 def as_cracks(of_tooth: Crack | Sequence[Crack]) -> tuple[Crack, ...]:
     """Cracks of a tooth, that of the right fillet first."""
-    parts = (of_tooth,) if isinstance(of_tooth, Crack) else tuple(of_tooth)
-    return tuple(sorted(parts, key=lambda crack: crack.left))
+    cracks = (of_tooth,) if isinstance(of_tooth, Crack) else tuple(of_tooth)
+    return tuple(sorted(cracks, key=lambda crack: crack.left))
 
 
 def require_teeth(gear: SpurGear, cracks: ToothCracks) -> None:
@@ -297,7 +319,7 @@ def require_teeth(gear: SpurGear, cracks: ToothCracks) -> None:
         raise ValueError("cracks: at least one is needed")
     for tooth in cracks:
         if not 0 <= tooth < gear.teeth:
-            raise ValueError(f"tooth = {tooth}; allowed 0 to {gear.teeth - 1}")
+            raise ValueError(f"tooth = {tooth}; must be 0 to {gear.teeth - 1}")
 
 
 def compliance_change(ring: DamagedRing, closing: bool = False) -> ComplianceChange:
@@ -319,73 +341,89 @@ def compliance_change(ring: DamagedRing, closing: bool = False) -> ComplianceCha
     """
     affected = ring.affected.tolist()
     n = len(ring.healthy.flanks[RIGHT].arcs)
-    shape = (len(SIDES), len(affected), len(affected), n, n)
+    shape = (len(FLANK_SIDES), len(affected), len(affected), n, n)
     normal, tangential = np.zeros(shape), np.zeros(shape)
     with stage("cracks"):
-        for side in SIDES:
+        for side in FLANK_SIDES:
             open_ring = ring.without_closed(side) if closing else ring
             if open_ring is None:
                 continue
-            for teeth, (along, across) in _changes(open_ring, side).items():
+            for teeth, (normal_change, tangential_change) in _changes_on_flank(
+                open_ring, side
+            ).items():
                 i, j = map(affected.index, teeth)
-                normal[side, i, j], tangential[side, i, j] = along, across
+                normal[side, i, j], tangential[side, i, j] = (
+                    normal_change,
+                    tangential_change,
+                )
     damaged = np.array(sorted(ring.cracked))
     return ComplianceChange(ring.teeth, damaged, ring.affected, normal, tangential)
 
 
-def _changes(
+def _changes_on_flank(
     ring: DamagedRing, side: int
 ) -> dict[tuple[int, int], tuple[Array, Array]]:
     """Changes (n, n), normal and tangential, by receiving and loaded tooth."""
     affected, teeth = ring.affected.tolist(), ring.teeth
     n = len(ring.healthy.flanks[side].arcs)
-    loads = {t: ring.on_cuts(t, side) for t in affected}
-    at_changed = {
-        t: ring.compliance(ring.changed_cuts, (t - 1, t)) @ loads[t] for t in affected
+    loads_on_cuts = {t: ring.on_cuts(t, side) for t in affected}
+    at_changed_cuts = {
+        t: ring.compliance(ring.changed_cuts, (t - 1, t)) @ loads_on_cuts[t]
+        for t in affected
     }
-    healthy = ring.healthy_on_cuts(side)
+    healthy_loads = ring.healthy_on_cuts(side)
     changes = {}
     for source in affected:
         require_running()
-        corrected = ring.correction @ at_changed[source][:, :n]
+        correcting_forces = ring.correction @ at_changed_cuts[source][:, :n]
         for receiver in affected:
             offset = (receiver - source) % teeth
             if min(offset, teeth - offset) > MAX_TOOTH_OFFSET:
                 continue
             if receiver == source and source in ring.cracked:
-                changes[receiver, source] = _change_of_itself(ring, source, side)
+                changes[receiver, source] = _change_of_loaded_tooth(ring, source, side)
                 continue
-            change = -at_changed[receiver].T @ corrected
+            change = -at_changed_cuts[receiver].T @ correcting_forces
             if {receiver, source} & set(ring.cracked):
-                between = ring.between(receiver, source)
-                change += loads[receiver].T @ between @ loads[source][:, :n]
-                change -= healthy.T @ between @ healthy[:, :n]
+                between_cuts = ring.between(receiver, source)
+                change += (
+                    loads_on_cuts[receiver].T
+                    @ between_cuts
+                    @ loads_on_cuts[source][:, :n]
+                )
+                change -= healthy_loads.T @ between_cuts @ healthy_loads[:, :n]
             changes[receiver, source] = change[:n], change[n:]
     return changes
 
 
-def _change_of_itself(ring: DamagedRing, tooth: int, side: int) -> tuple[Array, Array]:
+def _change_of_loaded_tooth(
+    ring: DamagedRing, tooth: int, side: int
+) -> tuple[Array, Array]:
     """Changes (n, n), normal and tangential, of a damaged tooth that is loaded."""
-    unit, sector = ring.loads(tooth, side), ring.cracked[tooth]
+    unit_loads, sector = ring.loads(tooth, side), ring.cracked[tooth]
     n = len(sector.flanks[side].arcs)
-    ends = ring.displacement(tooth, tooth, unit.on_cuts[:, :n])
-    cracked = _flank_of_itself(sector, unit.loads, ends, side)
+    cut_displacement = ring.displacement(tooth, tooth, unit_loads.on_cuts[:, :n])
+    cracked_flank = _displacement_of_loaded_flank(
+        sector, unit_loads.loads, cut_displacement, side
+    )
     normal, tangential = (
-        a - b for a, b in zip(cracked, ring.healthy_flank, strict=True)
+        a - b for a, b in zip(cracked_flank, ring.healthy_flank, strict=True)
     )
     return normal, tangential
 
 
-def _flank_of_itself(
-    sector: CyclicSector, loads: SectorLoads, ends: Array, side: int
+def _displacement_of_loaded_flank(
+    sector: CyclicSector, loads: SectorLoads, cut_displacement: Array, side: int
 ) -> tuple[Array, Array]:
     """Displacement (n, n), normal and toward the root, of a flank under normal loads.
 
     The half-plane part of loads is left out: Flamant's displacement is the same in a
     cracked sector.
     """
-    flank, n = sector.flanks[side], ends.shape[1]
+    flank, n = sector.flanks[side], cut_displacement.shape[1]
     normal_loads = SectorLoads(loads.force[:, :n], loads.hub[:, :n], loads.jump[:, :n])
-    held = hold_cuts(sector, normal_loads)
+    held_solution = hold_cuts(sector, normal_loads)
     rows = SectorRows.of(sector, flank.dofs.ravel())
-    return resolve_on_flank(flank, sector_field(sector, rows, ends, held))
+    return resolve_on_flank(
+        flank, sector_field(sector, rows, cut_displacement, held_solution)
+    )

@@ -41,7 +41,7 @@ Counts = NDArray[np.int64]
 Flanks = tuple[FlankPoints, FlankPoints]
 # at least, of shear waves; frequencies are then exact to some 1e-4
 MIN_LAYERS_PER_WAVELENGTH = 6.0
-PER_MODE = (  # fields of GearModes with an entry for each mode
+FIELDS_PER_MODE = (  # fields of GearModes with an entry for each mode
     *("frequencies_Hz", "nodal_diameters", "normal", "tangential"),
     *("rotation_coupling", "translation_coupling"),
 )
@@ -120,7 +120,7 @@ def gear_modes(sector: CyclicSector, density: float, cutoff_Hz: float) -> GearMo
     """
     for name, value in (("density", density), ("cutoff_Hz", cutoff_Hz)):
         if not (value > 0.0 and math.isfinite(value)):
-            raise ValueError(f"{name} must be positive and finite, got {value}")
+            raise ValueError(f"{name} = {value}; must be positive and finite")
     sector = resolving_sector(sector, density, cutoff_Hz)
     mass = sector.mass(density)
     modes = cyclic_modes(sector, mass, cutoff_Hz)
@@ -141,39 +141,40 @@ def lowest_modes(
     max_nodal_diameters, below_Hz : further numbers follow, below this one, as long as
         the lowest mode of the last one is below a frequency
     """
-    mass = cache(partial(sector.mass, density))
+    assemble_mass = cache(partial(sector.mass, density))
 
-    def family(n: int) -> GearModes:
+    def cached_family(n: int) -> GearModes:
         inputs = {"density": density, "nodal_diameters": n, "count": count}
-        solve = partial(_family, sector, mass, n, count)
-        return cached_body("modes", sector, inputs, solve, GearModes)
+        solve_family = partial(_modes_of_family, sector, assemble_mass, n, count)
+        return cached_body("modes", sector, inputs, solve_family, GearModes)
 
-    families = [family(n) for n in nodal_diameters]
+    mode_families = [cached_family(n) for n in nodal_diameters]
     for n in range(max(nodal_diameters) + 1, max_nodal_diameters):
-        if families[-1].frequencies_Hz.min() >= below_Hz:
+        if mode_families[-1].frequencies_Hz.min() >= below_Hz:
             break
-        families.append(family(n))
-    return _join_families(families)
+        mode_families.append(cached_family(n))
+    return _join_families(mode_families)
 
 
-def _family(
-    sector: CyclicSector, mass: Callable[[], csr_array], n: int, count: int
+def _modes_of_family(
+    sector: CyclicSector, assemble_mass: Callable[[], csr_array], n: int, count: int
 ) -> GearModes:
     """The `count` lowest modes, or pairs of modes, with n nodal diameters."""
     with stage("modes"):
-        modes = _solve_modes(sector, mass(), n, count)
-    return _collect_modes(sector, math.inf, mass(), [modes])
+        modes = _solve_modes(sector, assemble_mass(), n, count)
+    return _collect_modes(sector, math.inf, assemble_mass(), [modes])
 
 
 def _join_families(families: Sequence[GearModes]) -> GearModes:
     """Modes of several families by rising frequency."""
-    joined: dict[str, Any] = {
+    joined_arrays: dict[str, Any] = {
         name: np.concatenate([getattr(family, name) for family in families])
-        for name in PER_MODE
+        for name in FIELDS_PER_MODE
     }
-    order = np.argsort(joined["frequencies_Hz"], kind="stable")
+    frequency_order = np.argsort(joined_arrays["frequencies_Hz"], kind="stable")
     return replace(
-        families[0], **{name: values[order] for name, values in joined.items()}
+        families[0],
+        **{name: values[frequency_order] for name, values in joined_arrays.items()},
     )
 
 
@@ -199,10 +200,12 @@ def resolving_sector(
     sector: CyclicSector, density: float, highest_Hz: float
 ) -> CyclicSector:
     """The sector with layers that resolve shear waves up to a frequency."""
-    speed = math.sqrt(sector.material.lame[1] / density)
-    largest = speed / highest_Hz / (MIN_LAYERS_PER_WAVELENGTH * sector.gear.module)
-    largest = min(sector.size.largest_layer, largest)
-    size = replace(sector.size, largest_layer=largest)
+    shear_wave_speed = math.sqrt(sector.material.lame[1] / density)
+    largest_layer = (
+        shear_wave_speed / highest_Hz / (MIN_LAYERS_PER_WAVELENGTH * sector.gear.module)
+    )
+    largest_layer = min(sector.size.largest_layer, largest_layer)
+    size = replace(sector.size, largest_layer=largest_layer)
     return cyclic_sector(sector.gear, sector.material, size, sector.order)
 
 
@@ -224,11 +227,21 @@ def mode_counts(sector: CyclicSector, mass: csr_array, cutoff_Hz: float) -> Coun
     constrained cut.
     """
     omega, teeth = 2.0 * math.pi * cutoff_Hz, sector.gear.teeth
-    dynamic = condense(sector, csr_array(sector.stiffness - omega**2 * mass))
-    interior = np.count_nonzero(dynamic.factor.U.diagonal() < 0.0)
+    dynamic_condensation = condense(
+        sector, csr_array(sector.stiffness - omega**2 * mass)
+    )
+    n_interior_modes = np.count_nonzero(dynamic_condensation.factor.U.diagonal() < 0.0)
     phases = [nodal_diameter_phase(n, teeth) for n in range(teeth // 2 + 1)]
-    cuts = [eigvalsh(close_ring(dynamic.superelement, phase)) for phase in phases]
-    return np.array([interior + np.count_nonzero(values < 0.0) for values in cuts])
+    cut_eigenvalues = [
+        eigvalsh(close_ring(dynamic_condensation.superelement, phase))
+        for phase in phases
+    ]
+    return np.array(
+        [
+            n_interior_modes + np.count_nonzero(values < 0.0)
+            for values in cut_eigenvalues
+        ]
+    )
 
 
 def _solve_modes(
@@ -257,8 +270,8 @@ def _solve_modes(
     vectors = vectors[:, order]
     norm = np.einsum("im,im->m", vectors.conj(), M @ vectors).real
     # a travelling mode shares its kinetic energy between the two that it represents
-    share = teeth if np.isrealobj(vectors) else 0.5 * teeth
-    fields = constraint @ (vectors / np.sqrt(share * norm))
+    n_sharing_teeth = teeth if np.isrealobj(vectors) else 0.5 * teeth
+    fields = constraint @ (vectors / np.sqrt(n_sharing_teeth * norm))
     return CyclicModes(nodal_diameters, np.sqrt(values[order]), fields)
 
 
@@ -299,13 +312,17 @@ def _collect_modes(
     inertia, *translational_mass = (
         np.einsum("ic,ic->c", sector.rigid_body_modes, momentum) * teeth
     )
-    parts = [
-        _at_flanks_and_hub(mode_set, sector.flanks, momentum, teeth)
+    mode_arrays = [
+        _real_modes_at_flanks_and_hub(mode_set, sector.flanks, momentum, teeth)
         for mode_set in modes
     ]
-    joined = [np.concatenate(arrays) for arrays in zip(*parts, strict=True)]
-    order = np.argsort(joined[0], kind="stable")
-    frequency, n, normal, tangential, rotation, translation = (x[order] for x in joined)
+    joined_arrays = [
+        np.concatenate(arrays) for arrays in zip(*mode_arrays, strict=True)
+    ]
+    order = np.argsort(joined_arrays[0], kind="stable")
+    frequency, n, normal, tangential, rotation, translation = (
+        x[order] for x in joined_arrays
+    )
     return GearModes(
         teeth=teeth,
         cutoff_Hz=cutoff_Hz,
@@ -321,7 +338,7 @@ def _collect_modes(
     )
 
 
-def _at_flanks_and_hub(
+def _real_modes_at_flanks_and_hub(
     modes: CyclicModes, flanks: Flanks, momentum: Array, teeth: int
 ) -> tuple[Array, Counts, Complex, Complex, Array, Array]:
     """Frequencies, nodal diameters, flanks and couplings of the real modes."""
@@ -330,13 +347,13 @@ def _at_flanks_and_hub(
     return (
         np.repeat(modes.omega, 1 if modes.single else 2) / (2.0 * np.pi),
         n,
-        _on_flanks(field, flanks, "inward"),
-        _on_flanks(field, flanks, "rootward"),
+        _components_on_flanks(field, flanks, "inward"),
+        _components_on_flanks(field, flanks, "rootward"),
         *_couplings(field, momentum, n, teeth),
     )
 
 
-def _on_flanks(field: Field, flanks: Flanks, direction: str) -> Complex:
+def _components_on_flanks(field: Field, flanks: Flanks, direction: str) -> Complex:
     """Components (modes, 2, points) of fields (freedoms, modes) on both flanks."""
     components = [
         np.einsum("icm,ic->mi", field[flank.dofs], getattr(flank, direction))
@@ -347,7 +364,9 @@ def _on_flanks(field: Field, flanks: Flanks, direction: str) -> Complex:
 
 def _real_modes(modes: CyclicModes, flanks: Flanks) -> Complex:
     """Amplitudes (freedoms, modes) whose real parts are modes of the gear."""
-    right, left = np.moveaxis(_on_flanks(modes.fields, flanks, "inward"), 1, 0)
+    right, left = np.moveaxis(
+        _components_on_flanks(modes.fields, flanks, "inward"), 1, 0
+    )
     if modes.single:
         phase_factor = np.ones(len(right))
     else:
@@ -361,8 +380,8 @@ def _real_modes(modes: CyclicModes, flanks: Flanks) -> Complex:
     field = modes.fields * phase_factor
     if modes.single:
         return field.astype(complex)
-    pair = np.stack([field, -1j * field], axis=2)  # Re(-i f) = Im f
-    return pair.reshape(len(field), -1)
+    real_and_imaginary = np.stack([field, -1j * field], axis=2)  # Re(-i f) = Im f
+    return real_and_imaginary.reshape(len(field), -1)
 
 
 def _couplings(
@@ -375,5 +394,5 @@ def _couplings(
     """
     rotation_sum, along_x, along_y = momentum.T @ field
     rotation = np.where(n == 0, teeth * rotation_sum.real, 0.0)
-    shift = np.where(n == 1, 0.5 * teeth * (along_x + 1j * along_y), 0.0)
-    return rotation, np.stack([shift.real, shift.imag], axis=1)
+    translation = np.where(n == 1, 0.5 * teeth * (along_x + 1j * along_y), 0.0)
+    return rotation, np.stack([translation.real, translation.imag], axis=1)

@@ -56,15 +56,15 @@ def inertia_relief(sector: CyclicSector, density: float) -> InertiaRelief:
         field = constraint @ inverse.matvec(constraint.T @ momentum)
     flank = sector.flanks[RIGHT]
 
-    def along(directions: Array, values: Array) -> Array:
+    def component_along(directions: Array, values: Array) -> Array:
         return np.einsum("ic,ic->i", values[flank.dofs], directions)
 
     return InertiaRelief(
         arcs=flank.arcs,
-        inward=along(flank.inward, field),
-        rootward=along(flank.rootward, field),
-        inward_arm=along(flank.inward, rotation),
-        rootward_arm=along(flank.rootward, rotation),
+        inward=component_along(flank.inward, field),
+        rootward=component_along(flank.rootward, field),
+        inward_arm=component_along(flank.inward, rotation),
+        rootward_arm=component_along(flank.rootward, rotation),
         work=sector.gear.teeth * float(momentum @ field),
     )
 
@@ -78,15 +78,16 @@ def in_mean_axes(
     """
     contact, body = widths
     p, a = relief.inward, relief.inward_arm
-    twice = relief.work * body / J
+    work_of_body = relief.work * body / J
 
-    def freed(displacement: Array, arm: Array) -> Array:
+    def displacement_in_mean_axes(displacement: Array, arm: Array) -> Array:
         twist = displacement[:, None] * a + arm[:, None] * p
-        return contact / J * (twist - twice * np.outer(arm, a))
+        return contact / J * (twist - work_of_body * np.outer(arm, a))
 
     return replace(
         held,
-        normal=held.normal - freed(p, a),
-        tangential=held.tangential - freed(relief.rootward, relief.rootward_arm),
+        normal=held.normal - displacement_in_mean_axes(p, a),
+        tangential=held.tangential
+        - displacement_in_mean_axes(relief.rootward, relief.rootward_arm),
         origin=None,
     )

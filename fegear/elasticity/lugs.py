@@ -48,7 +48,7 @@ class Lugs:
 
     def __post_init__(self) -> None:
         if not self.count >= 2:
-            raise ValueError(f"count = {self.count}; allowed 2 or more")
+            raise ValueError(f"count = {self.count}; must be 2 or more")
         for name in ("radial", "tangential"):
             if not getattr(self, name) > 0.0:
                 raise ValueError(f"{name} = {getattr(self, name):g}; must be positive")

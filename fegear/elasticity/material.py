@@ -1,24 +1,32 @@
-"""Isotropic elastic material in a plane state."""
+"""Isotropic elastic material in a plane state, or in teeth of their width."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-Plane = Literal["stress", "strain"]
+from fegear.gearset.planes import Plane, SectionPlane, section_plane
 
 
 @dataclass(frozen=True)
 class PlaneMaterial:
-    """Young's modulus [Pa], Poisson's ratio, and the plane hypothesis."""
+    """Young's modulus [Pa], Poisson's ratio, and the plane hypothesis.
+
+    width : of teeth whose plane is `width` [m], None for a plane state
+    """
 
     young_modulus: float
     poisson_ratio: float
     plane: Plane = "stress"
+    width: float | None = None
+
+    @property
+    def section(self) -> PlaneMaterial:
+        """The material in the state of a section."""
+        return replace(self, plane=section_plane(self.plane), width=None)
 
     @property
     def modulus(self) -> float:
@@ -34,7 +42,7 @@ class PlaneMaterial:
 
     def out_of_plane(self, stress: NDArray[np.float64]) -> NDArray[np.float64]:
         """zz (n,) that belongs to xx, yy, xy (n, 3) [Pa]; zero in plane stress."""
-        nu = self.poisson_ratio if self.plane == "strain" else 0.0
+        nu = 0.0 if self.plane == "stress" else self.poisson_ratio
         return nu * stress[:, :2].sum(axis=1)
 
     @property
@@ -45,7 +53,7 @@ class PlaneMaterial:
 
 
 def pressure_in_plane(
-    first: PlaneMaterial, second: PlaneMaterial, plane: Plane
+    first: PlaneMaterial, second: PlaneMaterial, plane: SectionPlane
 ) -> float:
     """Contact pressure in a plane state over that in the plane of two materials.
 

@@ -73,7 +73,7 @@ def near_load(
 ) -> NearLoad | None:
     """Where a load acts; None if that is nowhere near."""
     if load.flank not in (RIGHT, LEFT):
-        raise ValueError(f"flank must be {RIGHT} or {LEFT}, got {load.flank}")
+        raise ValueError(f"flank = {load.flank}; must be {RIGHT} or {LEFT}")
     half = teeth // 2
     tooth_offset = (load.tooth + half) % teeth - half
     if abs(tooth_offset) > max_offset:

@@ -279,8 +279,9 @@ def cyclic_sector(
     order: int = 2,
     cracks: tuple[Crack, ...] = (),
 ) -> CyclicSector:
-    """The sector of a gear, shared by all callers."""
-    return _first_of_equals(CyclicSector(gear, material, size, order, cracks))
+    """The sector of a gear in a plane state, shared by all callers."""
+    sector = CyclicSector(gear, material.section, size, order, cracks)
+    return _first_of_equals(sector)
 
 
 @lru_cache(maxsize=8)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from fegear.files.errors import InputError
 
 Image = NDArray[np.uint8]  # (height, width, 3)
+FILMS = ".gif", ".mp4"  # endings
 FRAMES_PER_SECOND = 20
 FAILED = "the film cannot be written: ffmpeg failed, is there room on the disk?"
 

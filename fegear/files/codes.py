@@ -44,10 +44,12 @@ def codes() -> Mapping[str, Code]:
     import tomllib
 
     text = (resources.files("fegear.files") / "codes.toml").read_text("utf-8")
-    return {code: _declared(code, entry) for code, entry in tomllib.loads(text).items()}
+    return {
+        code: _code_of_entry(code, entry) for code, entry in tomllib.loads(text).items()
+    }
 
 
-def _declared(code: str, entry: Mapping[str, str]) -> Code:
+def _code_of_entry(code: str, entry: Mapping[str, str]) -> Code:
     if code.startswith("W"):
         return WarningCode(code=code, **entry)
     return EvidenceCode(code=code, **entry)

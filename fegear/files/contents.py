@@ -17,7 +17,11 @@ SHOWN = 16  # characters of a digest
 
 def content_digest(content: bytes) -> str:
     """Start of the SHA-256 of a content."""
-    return hashlib.sha256(content).hexdigest()[:SHOWN]
+    return sha256(content)[:SHOWN]
+
+
+def sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def file_digests(names: Iterable[str]) -> Iterator[tuple[str, str]]:

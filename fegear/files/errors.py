@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
-LONGEST_WORD, LONGEST_MESSAGE = 500, 4000  # letters
+MAX_WORD_LENGTH, MAX_MESSAGE_LENGTH = 500, 4000  # letters
 
 
 class InputError(ValueError):
@@ -38,11 +38,11 @@ class NoResultError(InputError):
 
 def one_line(message: str) -> str:
     """A message for a reader: one line, without the middle of what is very long."""
-    shortened = (_shortened(word, LONGEST_WORD) for word in message.split())
-    return _shortened(" ".join(shortened), LONGEST_MESSAGE)
+    shortened = (_shortened_text(word, MAX_WORD_LENGTH) for word in message.split())
+    return _shortened_text(" ".join(shortened), MAX_MESSAGE_LENGTH)
 
 
-def _shortened(text: str, longest: int) -> str:
+def _shortened_text(text: str, longest: int) -> str:
     if len(text) <= longest:
         return text
     return f"{text[: longest // 2]}...{text[-longest // 4 :]}"
@@ -62,7 +62,7 @@ def file_error(
 
 
 @contextmanager
-def foreign_reader(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
+def refused_foreign_errors(path: str | os.PathLike[str], kind: str) -> Iterator[None]:
     """Around a library that reads a file of another program, which may be damaged.
 
     Whatever it makes of bytes that are no such file becomes an InputError.
@@ -84,5 +84,5 @@ def nearest(word: str, choices: Iterable[str]) -> str:
     """', did you mean x?' or nothing."""
     from difflib import get_close_matches
 
-    close = get_close_matches(word, list(choices), n=1, cutoff=0.6)
-    return f", did you mean {close[0]}?" if close else ""
+    matches = get_close_matches(word, list(choices), n=1, cutoff=0.6)
+    return f", did you mean {matches[0]}?" if matches else ""

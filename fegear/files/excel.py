@@ -1,16 +1,16 @@
 """Spreadsheets (.xlsx) by openpyxl, with numbers to the last bit and without dates.
 
 openpyxl writes 16 digits of a number, of which some need 17; cells therefore get the
-text of their number. It stamps files with the time, which is replaced, so that equal
-values give equal bytes.
+text of their number. All dates are that of the oldest zip file, so that equal values
+give equal bytes.
 """
 
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from datetime import datetime
 from math import isfinite, isnan
 from pathlib import Path
 from typing import Any
@@ -22,9 +22,7 @@ from fegear.files.version import package_version
 
 MAX_ROWS, MAX_COLUMNS = 1_048_576, 16_384  # of a sheet
 LONGEST_TEXT = 32_767  # letters of a cell, see `wrapped`
-EPOCH = (1980, 1, 1, 0, 0, 0)  # of zip files
-PROPERTIES = "docProps/core.xml"
-TIME = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*")
+EPOCH = datetime(1980, 1, 1)  # of zip files
 ROWS_ABOVE = 2  # names and units
 WIDTHS = 12, 60  # least and largest, letters of a column
 
@@ -48,6 +46,16 @@ class Sheet:
         yield from zip(*self.columns.values(), strict=True)
 
 
+class _UndatedZip(ZipFile):
+    """An archive whose entries are as old as can be."""
+
+    def writestr(self, zinfo_or_arcname: Any, data: Any, *_: Any, **__: Any) -> None:
+        super().writestr(ZipInfo(zinfo_or_arcname), data, ZIP_DEFLATED)
+
+    def write(self, filename: Any, arcname: Any = None, *_: Any, **__: Any) -> None:
+        self.writestr(arcname, Path(filename).read_bytes())
+
+
 def write_excel(path: Path, sheets: Mapping[str, Sheet]) -> None:
     """Write sheets by name.
 
@@ -62,14 +70,16 @@ def write_excel(path: Path, sheets: Mapping[str, Sheet]) -> None:
 
 def _content(sheets: Mapping[str, Sheet]) -> bytes:
     from openpyxl import Workbook
+    from openpyxl.writer.excel import ExcelWriter
 
     book = Workbook(write_only=True)
     book.properties.creator = f"fegear {package_version()}"
+    book.properties.created = book.properties.modified = EPOCH
     for name, sheet in sheets.items():
-        _fill(book.create_sheet(name), sheet)
+        _fill_sheet(book.create_sheet(name), sheet)
     out = io.BytesIO()
-    book.save(out)
-    return _without_dates(out.getvalue())
+    ExcelWriter(book, _UndatedZip(out, "w")).save()
+    return out.getvalue()
 
 
 def _require_space(path: Path, name: str, sheet: Sheet) -> None:
@@ -83,7 +93,7 @@ def _require_space(path: Path, name: str, sheet: Sheet) -> None:
             )
 
 
-def _fill(target: Any, sheet: Sheet) -> None:
+def _fill_sheet(target: Any, sheet: Sheet) -> None:
     from openpyxl.utils import get_column_letter
 
     target.freeze_panes = f"A{1 + ROWS_ABOVE if sheet.units else 2}"
@@ -118,17 +128,3 @@ def wrapped(text: str) -> list[str]:
     """A text in parts that a cell holds each, one part where it is short."""
     starts = range(0, max(len(text), 1), LONGEST_TEXT)
     return [text[start : start + LONGEST_TEXT] for start in starts]
-
-
-def _without_dates(content: bytes) -> bytes:
-    """Replace the times of the entries and of the properties of a file."""
-    out = io.BytesIO()
-    with ZipFile(io.BytesIO(content)) as made, ZipFile(out, "w") as fixed:
-        for name in made.namelist():
-            part = made.read(name)
-            if name == PROPERTIES:
-                part = TIME.sub(rb"\g<1>1980-01-01T00:00:00Z", part)
-            entry = ZipInfo(name, EPOCH)
-            entry.compress_type, entry.external_attr = ZIP_DEFLATED, 0o600 << 16
-            fixed.writestr(entry, part)
-    return out.getvalue()

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from fegear.files.errors import InputError, foreign_reader
+from fegear.files.errors import InputError, refused_foreign_errors
 
 Part = dict[str, Any]  # arrays and texts by name
 MAX_VALUES = 10_000_000  # of all arrays that are read
@@ -29,33 +29,33 @@ def read_group(
     import h5py
 
     with (
-        foreign_reader(path, "HDF5 file"),
+        refused_foreign_errors(path, "HDF5 file"),
         h5py.File(io.BytesIO(content), "r") as file,
     ):
         reader = _Reader(path)
         top = reader.part(file, has_numbers=False)
-        for group in _groups(file):
+        for group in _named_groups(file):
             if all(name in group or name in group.attrs for name in names):
                 return top, reader.part(group, has_numbers=True)
         return top, None
 
 
-def _groups(file: Any) -> Iterator[Any]:
+def _named_groups(file: Any) -> Iterator[Any]:
     """All groups once, a group before those in it; links may form a circle."""
     import h5py
 
-    waiting, seen = [file], set()
-    while waiting:
-        group = waiting.pop()
+    groups_to_read, visited = [file], set()
+    while groups_to_read:
+        group = groups_to_read.pop()
         address = h5py.h5o.get_info(group.id).addr
-        if address not in seen:
-            seen.add(address)
+        if address not in visited:
+            visited.add(address)
             yield group
-            inner = [m for _, m in _members(group) if isinstance(m, h5py.Group)]
-            waiting.extend(reversed(inner))
+            inner = [m for _, m in _group_members(group) if isinstance(m, h5py.Group)]
+            groups_to_read.extend(reversed(inner))
 
 
-def _members(group: Any) -> Iterator[tuple[str, Any]]:
+def _group_members(group: Any) -> Iterator[tuple[str, Any]]:
     """Objects in a group, without those of other files and links that lead nowhere."""
     import h5py
 
@@ -80,7 +80,7 @@ class _Reader:
         import h5py
 
         part = _attribute_texts(group)
-        for name, item in _members(group):
+        for name, item in _group_members(group):
             if not isinstance(item, h5py.Dataset) or item.shape is None:
                 continue
             kind, dtype = _matlab_class(item), _dtype_of(item)

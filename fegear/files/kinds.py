@@ -30,7 +30,7 @@ KIND_OF_ENDING = {
     **dict.fromkeys((".rexs", ".rexsz", ".rexsj"), REXS),
     **dict.fromkeys((".mat", ".nc", ".h5", ".hdf5", ".xlsx"), MESH_TABLE),
 }
-ROW = re.compile(r"\s*[^,;\t=\[]+([,;\t][^,;\t=\[]*)+")
+TABLE_ROW = re.compile(r"\s*[^,;\t=\[]+([,;\t][^,;\t=\[]*)+")
 
 
 def require_kind(tables: Mapping[str, Any], kind: str) -> None:
@@ -55,6 +55,6 @@ def kind_of_text(text: str) -> str:
     if start.startswith("{"):
         return f"JSON, or {REXS}" if '"model"' in start[:2000] else "JSON"
     rows = [line for line in start.splitlines()[:200] if not line.startswith("#")]
-    if len(rows) > 1 and all(ROW.fullmatch(row) for row in rows[:3]):
+    if len(rows) > 1 and all(TABLE_ROW.fullmatch(row) for row in rows[:3]):
         return MESH_TABLE
     return ""

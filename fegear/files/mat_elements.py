@@ -10,7 +10,7 @@ from fegear.files.errors import InputError
 
 HEADER_BYTES, TAG_BYTES = 128, 8
 COMPRESSED, MATRIX = 15, 14  # types of elements
-OF_PARTS = (1, 2, 3)  # classes of arrays: cells, structs and objects
+COMPOSITE_CLASSES = (1, 2, 3)  # classes of arrays: cells, structs and objects
 MAX_BYTES = 2**27  # of all elements when they are unpacked
 
 
@@ -37,9 +37,9 @@ def require_sound_sizes(content: bytes, path: str) -> None:
 
 def _require_parts(content: bytes, order: str, path: str) -> None:
     """Arrays of parts have at most as many as there are bytes for their tags."""
-    waiting = [(0, len(content))]
-    while waiting:
-        start, end = waiting.pop()
+    stretches_to_read = [(0, len(content))]
+    while stretches_to_read:
+        start, end = stretches_to_read.pop()
         while start + TAG_BYTES <= end:
             kind, size = struct.unpack_from(f"{order}II", content, start)
             inner = start + TAG_BYTES
@@ -48,13 +48,13 @@ def _require_parts(content: bytes, order: str, path: str) -> None:
                 continue
             if kind == MATRIX:
                 _require_shape(content[inner : min(inner + size, end)], order, path)
-                waiting.append((inner, min(inner + size, end)))
+                stretches_to_read.append((inner, min(inner + size, end)))
             start = inner + size + -size % TAG_BYTES
 
 
 def _require_shape(matrix: bytes, order: str, path: str) -> None:
     """The array's flags, 16 bytes, come first and its dimensions second."""
-    if len(matrix) < 24 or matrix[8 if order == "<" else 11] not in OF_PARTS:
+    if len(matrix) < 24 or matrix[8 if order == "<" else 11] not in COMPOSITE_CLASSES:
         return
     _, size = struct.unpack_from(f"{order}II", matrix, 16)
     count = min(size, len(matrix) - 24) // 4

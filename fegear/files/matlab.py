@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.files.output import write_whole
+from fegear.files.output import write_bytes
 from fegear.files.version import package_version
 
 LONGEST_NAME = 63  # letters, namelengthmax of MATLAB
@@ -83,4 +83,4 @@ def write_matlab(path: Path, variables: Mapping[str, Any]) -> None:
         ) from None
     text = f"MATLAB 5.0 MAT-file, written by fegear {package_version()}"
     content = text.encode().ljust(DESCRIPTION) + out.getvalue()[DESCRIPTION:]
-    write_whole(path, lambda beside: beside.write_bytes(content))
+    write_bytes(path, content)

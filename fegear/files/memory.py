@@ -16,10 +16,10 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
-STATUS, MARK = Path("/proc/self/status"), Path("/proc/self/clear_refs")
-SET_BACK = "5"  # of clear_refs, proc(5): the mark becomes what is resident now
+STATUS_FILE, RESET_FILE = Path("/proc/self/status"), Path("/proc/self/clear_refs")
+RESET_PEAK = "5"  # of clear_refs, proc(5): the mark becomes what is resident now
 PEAK, NOW = "VmHWM", "VmRSS"  # of status
-SLACK = 16.0  # MB between mark and resident memory, which are not read at once
+SLACK_MB = 16.0  # MB between mark and resident memory, which are not read at once
 
 
 @dataclass(frozen=True)
@@ -47,26 +47,26 @@ def memory_level() -> MemoryLevel:
 
     One measurement at a time: another one within it takes its peak away.
     """
-    _release()
+    _release_memory()
     with contextlib.suppress(OSError):
-        MARK.write_text(SET_BACK)
+        RESET_FILE.write_text(RESET_PEAK)
     resident = _status(NOW)
     # a mark that stays up belongs to something earlier
-    was_reset = peak_memory_MB() - resident <= SLACK
+    was_reset = peak_memory_MB() - resident <= SLACK_MB
     return MemoryLevel(resident if was_reset else math.nan)
 
 
 def _status(key: str) -> float:
     """An entry of the process's status [MB], NaN where the system has none."""
     try:
-        lines = STATUS.read_text(encoding="utf-8").splitlines()
+        lines = STATUS_FILE.read_text(encoding="utf-8").splitlines()
         tokens = next(line.split() for line in lines if line.startswith(f"{key}:"))
         return int(tokens[1]) * 1024 / 1e6
     except (OSError, StopIteration, ValueError, IndexError):
         return math.nan
 
 
-def _release() -> None:
+def _release_memory() -> None:
     """Collect garbage, and let the allocator give back what it holds free."""
     gc.collect()
     # glibc alone has it; other systems have no memory figures here

@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.files.errors import InputError, foreign_reader
-from fegear.files.output import read_content, write_whole
+from fegear.files.errors import InputError, refused_foreign_errors
+from fegear.files.output import read_content, write_bytes
 
-STORED = {"f": "f8", "i": "i4", "u": "i4", "b": "i1"}  # by kind of NumPy
+STORED_TYPES = {"f": "f8", "i": "i4", "u": "i4", "b": "i1"}  # by kind of NumPy
 EXACT_INTEGERS = 2**53  # in doubles
-LAST = 2**31 - 1  # of 32-bit integers
-DIGEST = "content_sha256"
+MAX_INT32 = 2**31 - 1  # of 32-bit integers
+DIGEST_ATTRIBUTE = "content_sha256"
 
 
 @dataclass(frozen=True)
@@ -48,24 +48,27 @@ def write_netcdf(
     # version 2 has 64-bit offsets
     with netcdf_file(out, "w", version=2) as file:
         for name, variable in variables.items():
-            stored = _stored(variable.values)
+            array = _storable_array(variable.values)
             names = variable.dimensions
             names = (names,) if isinstance(names, str) else names
-            for dimension, size in zip(names, stored.shape, strict=True):
+            for dimension, size in zip(names, array.shape, strict=True):
                 if dimension not in file.dimensions:
                     file.createDimension(dimension, size)
-            target = file.createVariable(name, stored.dtype, names)
-            target[:] = stored
+            target = file.createVariable(name, array.dtype, names)
+            target[:] = array
             for key, text in {
                 **variable.attributes,
                 "numpy_type": variable.values.dtype.str,
             }.items():
                 setattr(target, key, text.encode())
-        for key, text in {**attributes, DIGEST: _digest(attributes, variables)}.items():
+        for key, text in {
+            **attributes,
+            DIGEST_ATTRIBUTE: _digest(attributes, variables),
+        }.items():
             setattr(file, key, text.encode())
         file.flush()
         content = out.getvalue()
-    write_whole(path, lambda temporary: temporary.write_bytes(content))
+    write_bytes(path, content)
 
 
 def read_netcdf(path: Path) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
@@ -78,27 +81,27 @@ def read_netcdf(path: Path) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
 
     content = read_content(path)
     with (
-        foreign_reader(path, "result that was saved"),
+        refused_foreign_errors(path, "result that was saved"),
         netcdf_file(io.BytesIO(content), "r", mmap=False) as file,
     ):
-        held = vars(file).items()
-        texts = {k: v.decode() for k, v in held if isinstance(v, bytes)}
-        arrays = {name: _restored(v) for name, v in file.variables.items()}
-    digest = texts.pop(DIGEST, "")
+        file_attributes = vars(file).items()
+        texts = {k: v.decode() for k, v in file_attributes if isinstance(v, bytes)}
+        arrays = {name: _restored_array(v) for name, v in file.variables.items()}
+    digest = texts.pop(DIGEST_ATTRIBUTE, "")
     if digest != _digest(texts, {n: Variable(v, "") for n, v in arrays.items()}):
         raise InputError(f"{path}: is no result that was saved, or damaged")
     return texts, arrays
 
 
-def _stored(values: NDArray[Any]) -> NDArray[Any]:
+def _storable_array(values: NDArray[Any]) -> NDArray[Any]:
     """An array as the format can hold it, to the last bit."""
     kind = values.dtype.kind
-    if kind not in STORED:
+    if kind not in STORED_TYPES:
         raise ValueError(f"arrays of {values.dtype} cannot be saved")
     largest = largest_integer(values)
     if largest > EXACT_INTEGERS:
         raise ValueError(f"integers up to {largest} cannot be saved")
-    return values.astype("f8" if largest > LAST else STORED[kind])
+    return values.astype("f8" if largest > MAX_INT32 else STORED_TYPES[kind])
 
 
 def largest_integer(values: NDArray[Any]) -> int:
@@ -108,17 +111,17 @@ def largest_integer(values: NDArray[Any]) -> int:
     return max(abs(int(values.min())), abs(int(values.max())))
 
 
-def _restored(variable: Any) -> NDArray[Any]:
+def _restored_array(variable: Any) -> NDArray[Any]:
     values = np.array(variable.data)
     return values.astype(np.dtype(variable.numpy_type.decode()))
 
 
 def _digest(attributes: Mapping[str, str], variables: Mapping[str, Variable]) -> str:
-    total = hashlib.sha256()
+    sha256 = hashlib.sha256()
     for key in sorted(attributes):
-        total.update(f"{key}={attributes[key]}\0".encode())
+        sha256.update(f"{key}={attributes[key]}\0".encode())
     for name in sorted(variables):
         values = np.ascontiguousarray(variables[name].values)
-        total.update(f"{name} {values.dtype.str} {values.shape}\0".encode())
-        total.update(values.tobytes())
-    return total.hexdigest()
+        sha256.update(f"{name} {values.dtype.str} {values.shape}\0".encode())
+        sha256.update(values.tobytes())
+    return sha256.hexdigest()

@@ -9,7 +9,6 @@ between containers and on network drives.
 from __future__ import annotations
 
 import contextlib
-import errno
 import math
 import os
 import re
@@ -46,7 +45,7 @@ MAX_READ_BYTES = 2**30  # of a file that is read as a whole
 MAX_STREAM_BYTES = 2**26  # of a pipe or a device, which may have no end
 LONGEST_SUFFIX = 8  # letters of the name that the temporary name repeats
 # Files that a command reads, which nothing it writes may replace
-INPUTS: ContextVar[frozenset[Any]] = ContextVar("INPUTS", default=frozenset())
+PROTECTED_INPUTS: ContextVar[frozenset[Any]] = ContextVar("INPUTS", default=frozenset())
 
 
 def listed(endings: Sequence[str]) -> str:
@@ -93,16 +92,18 @@ def read_text(path: str | os.PathLike[str]) -> str:
 @contextlib.contextmanager
 def protected_inputs(paths: Iterable[str | os.PathLike[str]]) -> Iterator[None]:
     """Refuse to replace these files, by whatever path, while the context lasts."""
-    token = INPUTS.set(INPUTS.get() | {file_identity(path) for path in paths})
+    token = PROTECTED_INPUTS.set(
+        PROTECTED_INPUTS.get() | {file_identity(path) for path in paths}
+    )
     try:
         yield
     finally:
-        INPUTS.reset(token)
+        PROTECTED_INPUTS.reset(token)
 
 
 def require_no_input(path: str | os.PathLike[str]) -> None:
     """Raise InputError for a file that the command reads."""
-    if file_identity(path) in INPUTS.get():
+    if file_identity(path) in PROTECTED_INPUTS.get():
         raise taken_error(path)
 
 
@@ -136,7 +137,7 @@ def require_writable(path: str | os.PathLike[str]) -> Path:
             os.lstat(target)  # raises for a name that is too long
         if os.path.exists(target) and not os.access(target, os.W_OK):
             raise PermissionError("permission denied")
-        with _temporary_beside(target):
+        with _temporary_file_beside(target):
             pass
     except (OSError, ValueError) as error:
         raise file_error(target, "written", error) from None
@@ -147,7 +148,7 @@ def path_of(path: object) -> Path:
     """The path of a file; InputError for what is none."""
     if isinstance(path, str | os.PathLike):
         return Path(path)
-    raise InputError(f"path must be text or a path, got {path!r}")
+    raise InputError(f"path = {path!r}; must be text or a path")
 
 
 def require_picture(path: Path) -> None:
@@ -219,25 +220,30 @@ def write_whole(path: str | os.PathLike[str], writer: Callable[[Path], object]) 
         raise file_error(target, "written", error) from None
 
 
+def write_bytes(path: str | os.PathLike[str], content: bytes) -> None:
+    """Write a whole content; see `write_whole`."""
+    write_whole(path, lambda place: place.write_bytes(content))
+
+
 def write_text(path: str | os.PathLike[str], text: str) -> None:
     """Write a whole text as it is, line ends too; see `write_whole`."""
-    write_whole(path, lambda place: place.write_bytes(text.encode()))
+    write_bytes(path, text.encode())
 
 
 def strict_json(values: Mapping[str, Any]) -> str:
     """JSON without NaN: what is not finite becomes null."""
     import json
 
-    text = json.dumps(_finite(values), indent=2, allow_nan=False) + "\n"
+    text = json.dumps(_with_null_for_infinite(values), indent=2, allow_nan=False) + "\n"
     # DEL is the one control character that json does not escape
     return text.replace("\x7f", "\\u007f")
 
 
-def _finite(value: Any) -> Any:
+def _with_null_for_infinite(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: _with_null_for_infinite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [_with_null_for_infinite(item) for item in value]
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
@@ -251,14 +257,14 @@ def is_device(target: Path) -> bool:
 
 
 def _fill_and_replace(target: Path, writer: Callable[[Path], object]) -> None:
-    with _temporary_beside(target) as temporary:
+    with _temporary_file_beside(target) as temporary:
         writer(temporary)
         temporary.chmod(_permissions_for(target))
         os.replace(temporary, target)
 
 
 @contextlib.contextmanager
-def _temporary_beside(target: Path) -> Iterator[Path]:
+def _temporary_file_beside(target: Path) -> Iterator[Path]:
     """Create an empty file in the same directory, so that renaming is atomic.
 
     It is locked, and removed at the end unless it was renamed.
@@ -282,22 +288,15 @@ def _locked_file(target: Path) -> tuple[int, Path]:
             prefix=TEMPORARY_PREFIX.format(process=os.getpid()),
             dir=target.parent,
         )
-        # another process may have found it before it was locked, and removed it
-        if fcntl is None or (_lock(handle) and os.path.exists(name)):
+        if fcntl is None:
+            return handle, Path(name)
+        # one that has found it before it is locked removes it and then lets go of it;
+        # on a drive without locks nobody does
+        with contextlib.suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX)
+        if os.path.exists(name):
             return handle, Path(name)
         os.close(handle)
-
-
-def _lock(handle: int) -> bool:
-    """Lock a file; False where another process holds it.
-
-    True where the drive has no locks: no other process can then remove the file.
-    """
-    try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:
-        return error.errno not in (errno.EWOULDBLOCK, errno.EACCES)
-    return True
 
 
 @cache

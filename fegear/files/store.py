@@ -6,7 +6,6 @@ for each, so that a killed run loses at most one. It refuses a second process.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import sqlite3
 import threading
@@ -16,7 +15,8 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from fegear.files.array_files import Array, pack, unpack
+from fegear.files.array_bytes import Array, pack, unpack
+from fegear.files.contents import sha256
 from fegear.files.errors import InputError, file_error
 from fegear.files.output import make_directory
 from fegear.files.values import plain_of, value_of
@@ -28,7 +28,15 @@ create table speeds (branch text, number integer, content blob, seal text,
                      primary key (branch, number));
 create table states (branch text primary key, number integer, content blob, seal text);
 """
-SHOWN = 40  # characters of a value in a message
+# the last state belongs to the last speed, and none before it is missing
+DROP_UNFINISHED = (
+    "delete from speeds where number > coalesce((select number from states"
+    " where states.branch = speeds.branch), -1)",
+    "delete from speeds where branch in (select branch from speeds join states"
+    " using (branch) group by branch having count(*) <= states.number)",
+    "delete from states where branch not in (select branch from speeds)",
+)
+EXCERPT_LENGTH = 40  # characters of a value in a message
 RECORDS_FORMAT = "2"  # changes with what `Records` writes
 
 
@@ -103,14 +111,11 @@ class Checkpoint:
                     self._connection.execute("begin")
                     (number,) = self._connection.execute(count, [branch]).fetchone()
                     for table, content in (("speeds", result), ("states", arrays)):
-                        row = (
-                            branch,
-                            number,
-                            content,
-                            _row_digest(branch, number, content),
+                        seal = _row_digest(branch, number, content)
+                        self._connection.execute(
+                            f"insert or replace into {table} values (?, ?, ?, ?)",
+                            (branch, number, content, seal),
                         )
-                        command = f"insert or replace into {table} values (?, ?, ?, ?)"
-                        self._connection.execute(command, row)
             except sqlite3.OperationalError as error:
                 raise OSError(0, str(error), str(self.path)) from None
 
@@ -118,7 +123,7 @@ class Checkpoint:
         self,
         branches: Sequence[str],
         total: int,
-        tell: Callable[[str], None],
+        notify: Callable[[str], None],
         unit: str = "speed",
     ) -> None:
         """Report how many records are finished or damaged.
@@ -130,10 +135,10 @@ class Checkpoint:
         units = f"{unit}es" if unit.endswith("ch") else f"{unit}s"
         amount = f"1 {unit} is" if finished == 1 else f"{finished} {units} are"
         amount = f"{finished} of {total} {units} are" if total else amount
-        tell(f"{self.path}: {amount} finished")
+        notify(f"{self.path}: {amount} finished")
         if self.damaged:
             damaged = f"{unit} is" if self.damaged == 1 else f"{unit}s are"
-            tell(f"{self.path}: {self.damaged} {damaged} damaged and computed again")
+            notify(f"{self.path}: {self.damaged} {damaged} damaged and computed again")
 
     def close(self, keep: bool) -> None:
         """Release the lock; without `keep` remove the file."""
@@ -193,8 +198,8 @@ class CheckpointOptions:
             return None
         if self.resume and not path.exists():
             output = path.with_suffix("")
-            done = f"{output} is finished and" if output.exists() else "it"
-            notify(f"there is no {path}, {done} is computed from the start")
+            subject = f"{output} is finished and" if output.exists() else "it"
+            notify(f"there is no {path}, {subject} is computed from the start")
         return open_checkpoint(path, inputs, self.resume, self.overwrite)
 
 
@@ -239,14 +244,17 @@ def open_checkpoint(
             damaged = _drop_damaged(connection)
     except sqlite3.DatabaseError as error:
         connection.close()
-        raise _refusal(path, error) from None
+        raise _unreadable_error(path, error) from None
+    except UnicodeDecodeError:  # of a message of SQLite on damaged names
+        connection.close()
+        raise _no_checkpoint_error(path) from None
     except BaseException:
         connection.close()
         raise
     return Checkpoint(path, damaged, connection)
 
 
-def _refusal(path: Path, error: sqlite3.DatabaseError) -> InputError:
+def _unreadable_error(path: Path, error: sqlite3.DatabaseError) -> InputError:
     if error.sqlite_errorcode == sqlite3.SQLITE_BUSY:
         return InputError(
             f"{path}: another process works on it; wait for it to end, or name "
@@ -254,10 +262,10 @@ def _refusal(path: Path, error: sqlite3.DatabaseError) -> InputError:
         )
     if isinstance(error, sqlite3.OperationalError):
         return file_error(path, "used", OSError(0, str(error)))
-    return _no_checkpoint(path)
+    return _no_checkpoint_error(path)
 
 
-def _no_checkpoint(path: Path) -> InputError:
+def _no_checkpoint_error(path: Path) -> InputError:
     return InputError(
         f"{path}: is no checkpoint or damaged; it was not changed, move it away or "
         "name another output"
@@ -275,7 +283,7 @@ def _require_checkpoint(connection: sqlite3.Connection, path: Path) -> None:
     elif application != APPLICATION or (
         connection.execute("pragma integrity_check").fetchone() != ("ok",)
     ):
-        raise _no_checkpoint(path)
+        raise _no_checkpoint_error(path)
 
 
 def _require_nothing_finished(connection: sqlite3.Connection, path: Path) -> None:
@@ -294,59 +302,52 @@ def _require_inputs(
         return
     stored = dict(connection.execute("select name, value from inputs"))
     for name in {**inputs, **stored}:
-        before, now = stored.get(name), inputs.get(name)
-        if before != now:
-            pairs = zip(before or "", now or "", strict=False)
-            shared = sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs))
-            was, becomes = (_excerpt(value, shared) for value in (before, now))
+        previous_value, current_value = stored.get(name), inputs.get(name)
+        if previous_value != current_value:
+            pairs = zip(previous_value or "", current_value or "", strict=False)
+            shared_length = sum(
+                1 for _ in takewhile(lambda pair: pair[0] == pair[1], pairs)
+            )
+            previous, current = (
+                _excerpt(value, shared_length)
+                for value in (previous_value, current_value)
+            )
             raise InputError(
-                f"{path}: was begun with {name} = {was}, now {becomes}; resume with "
-                "what it was begun with, or remove it"
+                f"{path}: was begun with {name} = {previous}, now {current}; resume "
+                "with what it was begun with, or remove it"
             )
 
 
-def _excerpt(value: str | None, shared: int) -> str:
-    """A value for a message, of a long one the part after what is `shared`."""
-    if value is None or len(value) <= SHOWN:
+def _excerpt(value: str | None, shared_length: int) -> str:
+    """A value for a message, of a long one the part after `shared_length`."""
+    if value is None or len(value) <= EXCERPT_LENGTH:
         return "nothing" if value is None else repr(value)
-    start = max(0, shared - SHOWN // 2)
-    part = repr(value[start : start + SHOWN])
-    return f"{'...' * (start > 0)}{part}{'...' * (len(value) > start + SHOWN)}"
+    start = max(0, shared_length - EXCERPT_LENGTH // 2)
+    part = repr(value[start : start + EXCERPT_LENGTH])
+    return f"{'...' * (start > 0)}{part}{'...' * (len(value) > start + EXCERPT_LENGTH)}"
 
 
 def _drop_damaged(connection: sqlite3.Connection) -> int:
-    """Drop speeds behind damaged ones or without a state; how many."""
-    before = connection.total_changes
-    branches = connection.execute("select distinct branch from speeds").fetchall()
-    for (branch,) in branches:
-        intact_count = _whole_speeds(connection, branch)
-        command = "delete from speeds where branch = ? and number >= ?"
-        connection.execute(command, [branch, intact_count])
-    dropped = connection.total_changes - before
-    branch_query = "select branch from speeds"
-    connection.execute(f"delete from states where branch not in ({branch_query})")
-    return dropped
+    """Drop speeds behind damaged ones or without a state; how many.
 
-
-def _whole_speeds(connection: sqlite3.Connection, branch: str) -> int:
-    """Speeds from the first on that are whole and up to the one that has its state."""
-    query = "select number, content, seal from {} where branch = ? order by number"
-    whole = 0
-    for number, content, seal in connection.execute(query.format("speeds"), [branch]):
-        if number != whole or seal != _row_digest(branch, number, content):
-            break
-        whole += 1
-    state = connection.execute(query.format("states"), [branch]).fetchone()
-    if (
-        state is None
-        or state[2] != _row_digest(branch, *state[:2])
-        or state[0] >= whole
-    ):
-        return 0
-    return int(state[0]) + 1
+    Damage may have made another type of a content.
+    """
+    (before,) = connection.execute("select count(*) from speeds").fetchone()
+    for table in ("speeds", "states"):
+        columns = "rowid, branch, number, content, seal"
+        rows = connection.execute(f"select {columns} from {table}")
+        damaged = [
+            (row_id,)
+            for row_id, branch, number, content, seal in rows
+            if type(content) is not bytes
+            or seal != _row_digest(branch, number, content)
+        ]
+        connection.executemany(f"delete from {table} where rowid = ?", damaged)
+    for command in DROP_UNFINISHED:
+        connection.execute(command)
+    (after,) = connection.execute("select count(*) from speeds").fetchone()
+    return int(before - after)
 
 
 def _row_digest(branch: str, number: int, content: bytes) -> str:
-    """Digest of a row; damage may have made another type of its content."""
-    payload = content if isinstance(content, bytes) else b""
-    return hashlib.sha256(f"{branch} {number} ".encode() + payload).hexdigest()
+    return sha256(f"{branch} {number!r} ".encode() + content)

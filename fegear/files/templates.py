@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import resources
 
 # by kind, the package with its file in the folder `templates`; see `register_template`
-TEMPLATES = dict.fromkeys(
+TEMPLATE_PACKAGES = dict.fromkeys(
     ("pair", "idler", "counter-shaft", "planetary", "machine", "gearbox", "bearing"),
     "fegear.files",
 )
@@ -13,10 +13,10 @@ TEMPLATES = dict.fromkeys(
 
 def register_template(kind: str, package: str) -> None:
     """Add a template of another package."""
-    TEMPLATES[kind] = package
+    TEMPLATE_PACKAGES[kind] = package
 
 
 def template_text(kind: str) -> str:
-    """Text of a template of `TEMPLATES`."""
-    folder = resources.files(TEMPLATES[kind]) / "templates"
+    """Text of a template of `TEMPLATE_PACKAGES`."""
+    folder = resources.files(TEMPLATE_PACKAGES[kind]) / "templates"
     return (folder / f"{kind}.toml").read_text("utf-8")

@@ -10,7 +10,7 @@ from contextvars import ContextVar
 
 from lumped.common.workers import require_running
 
-COMPILING = "compiling"
+COMPILING_STAGE = "compiling"
 _recorder: ContextVar[dict[str, float] | None] = ContextVar("recorder", default=None)
 
 
@@ -39,11 +39,11 @@ def stage(name: str) -> Iterator[None]:
     finally:
         if seconds is not None:
             compiling = _compiling_s() - compiled
-            spent = {name: time.perf_counter() - start - compiling}
+            elapsed_s = {name: time.perf_counter() - start - compiling}
             if compiling > 0.0:
-                spent[COMPILING] = compiling
-            for part, value in spent.items():
-                seconds[part] = seconds.get(part, 0.0) + value
+                elapsed_s[COMPILING_STAGE] = compiling
+            for stage_s, value in elapsed_s.items():
+                seconds[stage_s] = seconds.get(stage_s, 0.0) + value
 
 
 def _compiling_s() -> float:

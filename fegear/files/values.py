@@ -80,17 +80,17 @@ class Encoder:
             return {"fraction": [value.numerator, value.denominator]}
         if isinstance(value, range):
             return {"range": [value.start, value.stop, value.step]}
-        return self._shared(value)
+        return self._plain_shared(value)
 
-    def _shared(self, value: Any) -> Any:
+    def _plain_shared(self, value: Any) -> Any:
         """A reference to a value that may be held by several."""
         if id(value) not in self.seen:
-            content = self._content(value)
+            content = self._plain_content(value)
             self.seen[id(value)] = {"see": len(self.shared)}, value  # kept alive
             self.shared.append(content)
         return self.seen[id(value)][0]
 
-    def _content(self, value: Any) -> Any:
+    def _plain_content(self, value: Any) -> Any:
         if isinstance(value, np.ndarray):
             return self._array(value)
         if is_dataclass(value) and not isinstance(value, type):
@@ -130,7 +130,7 @@ class Decoder:
     arrays: list[NDArray[Any]]
     shared: list[Any]
     packages: frozenset[str] = PACKAGES
-    made: dict[int, Any] = field(default_factory=dict)
+    objects: dict[int, Any] = field(default_factory=dict)
 
     def value(self, plain: Any) -> Any:
         """The value; ValueError for what `Encoder` does not write."""
@@ -138,9 +138,9 @@ class Decoder:
             return plain
         if "see" in plain:
             number = plain["see"]
-            if number not in self.made:
-                self.made[number] = self._content(self.shared[number])
-            return self.made[number]
+            if number not in self.objects:
+                self.objects[number] = self._plain_content(self.shared[number])
+            return self.objects[number]
         if "float" in plain:
             return float(plain["float"])
         if "complex" in plain:
@@ -157,16 +157,16 @@ class Decoder:
             return range(*plain["range"])
         raise ValueError(f"unknown value {sorted(plain)}")
 
-    def _content(self, plain: Any) -> Any:
+    def _plain_content(self, plain: Any) -> Any:
         for name, kind in SEQUENCES.items():
             if name in plain:
                 return kind(map(self.value, plain[name]))
         if "class" in plain:
             kind = class_of(plain["class"], self.packages)
-            made = object.__new__(kind)
+            restored = object.__new__(kind)
             for name, part in plain["fields"].items():
-                object.__setattr__(made, name, self.value(part))
-            return made
+                object.__setattr__(restored, name, self.value(part))
+            return restored
         if "named" in plain:
             return class_of(plain["named"], self.packages)(
                 *map(self.value, plain["items"])
@@ -182,8 +182,8 @@ class Decoder:
             return flat.reshape(plain["shape"])
         for name in ("dict", "mapping"):
             if name in plain:
-                made = {self.value(k): self.value(v) for k, v in plain[name]}
-                return made if name == "dict" else MappingProxyType(made)
+                restored = {self.value(k): self.value(v) for k, v in plain[name]}
+                return restored if name == "dict" else MappingProxyType(restored)
         raise ValueError(f"unknown value {sorted(plain)}")
 
     def _records(self, plain: Any) -> NDArray[Any]:
@@ -216,7 +216,7 @@ def class_of(name: str, packages: frozenset[str] = PACKAGES) -> Any:
     """The class that a name stands for: a dataclass, named tuple or enumeration."""
     package, _, path = name.partition(".")
     outer, *inner = path.split(".")
-    modules = _homes(package).get(outer, ()) if package in packages else ()
+    modules = _modules_of_package(package).get(outer, ()) if package in packages else ()
     if len(modules) != 1:
         raise ValueError(f"{name} is no class of this program")
     kind: Any = getattr(import_module(modules[0]), outer, None)
@@ -231,7 +231,7 @@ def class_of(name: str, packages: frozenset[str] = PACKAGES) -> Any:
 
 
 @cache
-def _homes(package: str) -> Mapping[str, list[str]]:
+def _modules_of_package(package: str) -> Mapping[str, list[str]]:
     """Modules of a package that define a class, by its name; none of them is run."""
     spec = find_spec(package)
     homes: dict[str, list[str]] = {}

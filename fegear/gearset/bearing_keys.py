@@ -17,9 +17,9 @@ from lumped.bearings.rolling import (
     RollerBearing,
     Waviness,
 )
+from lumped.common.units import MM, UM
 from meshes.gear import floored
 
-MM, UM = 1e-3, 1e-6
 MAX_ORDERS = 1000  # of waves around a race
 Count = Annotated[int, Field(ge=MIN_ELEMENTS, le=MAX_ELEMENTS)]
 Diameter = Annotated[float, Field(ge=1e-3, le=1e5)]

@@ -10,20 +10,24 @@ from fegear.files.errors import InputError, nearest
 from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.faults.building import faults_of
 from fegear.gearset.faults.checks import require_running
+from fegear.gearset.helix import hands
+from fegear.gearset.leads import leads_by_key, require_faces
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
 from fegear.gearset.modifications import FlankModifications, FlankProfile, Relief
 from fegear.gearset.pitch_errors import require_room
+from fegear.gearset.planes import DEFAULT_PLANE
 from fegear.gearset.planetary.carriers import carrier_inferences, carrier_of
 from fegear.gearset.problems import shown
 from fegear.gearset.profiles import flank_profile
 from fegear.gearset.refusals import Key, KeyOf, Refusal, build_or_refuse, in_unit
 from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
 from fegear.gearset.shafts import shaft_body
-from fegear.gearset.teeth import MM, UM, Blank, Tip, blank_of
+from fegear.gearset.teeth import Blank, Tip, blank_of
 from fegear.gearset.tips import CONTACT_RATIO_TOLERANCE, Spacing, find_tips, spacing
 from fegear.gearset.torques import mesh_torques, torque_inferences
 from fegear.gearset.zones import relief
+from lumped.common.units import MM, UM
 from meshes import GearPair, GeometryError, SpurGear
 from meshes.gear import floored
 
@@ -35,29 +39,37 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
 
     folder : where files lie that the document names
     """
-    return build_or_refuse(document, lambda changed: _gear_set(changed, folder))
+    return build_or_refuse(document, lambda changed: _build_gear_set(changed, folder))
 
 
-def _gear_set(document: Document, folder: Path) -> GearSet:
+def _build_gear_set(document: Document, folder: Path) -> GearSet:
     require_known_gears(document)
-    blanks = list(map(blank_of, document.gear))
-    index = {name: i for i, name in enumerate(document.gear_names)}
+    blanks = list(map(blank_of, document.gear, hands(document)))
+    index_of_name = {name: i for i, name in enumerate(document.gear_names)}
     spacings = [
-        spacing(mesh, blanks[index[mesh.driver]], blanks[index[mesh.driven]])
+        spacing(
+            mesh, blanks[index_of_name[mesh.driver]], blanks[index_of_name[mesh.driven]]
+        )
         for mesh in document.mesh
     ]
     tips = find_tips(document, spacings)
-    teeth = [blank.cut(tip) for blank, tip in zip(blanks, tips, strict=True)]
+    geometries = [blank.cut(tip) for blank, tip in zip(blanks, tips, strict=True)]
     torques = mesh_torques(document)
     meshes = [
-        _mesh(document, number, place, tips, teeth, torques[number], folder)
-        for number, place in enumerate(spacings)
+        _build_mesh(
+            document, number, mesh_spacing, tips, geometries, torques[number], folder
+        )
+        for number, mesh_spacing in enumerate(spacings)
     ]
     gears = tuple(
-        replace(_gear(blank, gear), faults=faults_of(blank.entry, gear, number, meshes))
-        for number, (blank, gear) in enumerate(zip(blanks, teeth, strict=True))
+        replace(
+            _build_gear(blank, gear),
+            plane=document.plane or DEFAULT_PLANE,
+            faults=faults_of(blank.entry, gear, number, meshes),
+        )
+        for number, (blank, gear) in enumerate(zip(blanks, geometries, strict=True))
     )
-    distances = [place.center_distance for place in spacings]
+    distances = [mesh_spacing.center_distance for mesh_spacing in spacings]
     gear_set = GearSet(
         name=document.name,
         description=document.description,
@@ -65,7 +77,7 @@ def _gear_set(document: Document, folder: Path) -> GearSet:
         meshes=tuple(meshes),
         shafts=tuple(
             Shaft(
-                gears=tuple(index[name] for name in shaft.gears),
+                gears=tuple(index_of_name[name] for name in shaft.gears),
                 stiffness=shaft.stiffness_Nm_per_rad,
                 body=shaft_body(shaft, f"shaft {number}"),
             )
@@ -80,6 +92,7 @@ def _gear_set(document: Document, folder: Path) -> GearSet:
         ),
         carrier=carrier_of(document, gears, distances),
     )
+    require_faces(gear_set)
     require_room(gear_set)
     require_running(gear_set)
     return gear_set
@@ -96,14 +109,14 @@ def require_known_gears(document: Document) -> None:
         uses.append(("load", "gear", document.load.gear))
     for where, key, name in uses:
         if name not in names:
-            listed = ", ".join(names)
+            known_names = ", ".join(names)
             raise InputError(
                 f'{where}: {key} = "{name}"; no such gear{nearest(name, names)} '
-                f"(gears: {listed})"
+                f"(gears: {known_names})"
             )
-    on_shafts = [name for shaft in document.shaft for name in shaft.gears]
+    names_on_shafts = [name for shaft in document.shaft for name in shaft.gears]
     for name in names:
-        if on_shafts.count(name) > 1:
+        if names_on_shafts.count(name) > 1:
             raise InputError(f'shaft: gears: "{name}" is listed more than once')
 
 
@@ -111,30 +124,37 @@ def _inferences(
     blanks: list[Blank], spacings: list[Spacing], tips: list[Tip]
 ) -> list[str]:
     """Sentences on what followed from other keys, or was taken by default."""
-    inferred = [blank.thickness for blank in blanks], spacings, tips
-    return [one.inference for parts in inferred for one in parts if one.inference]
+    parts_with_inference = [blank.thickness for blank in blanks], spacings, tips
+    return [
+        part.inference
+        for parts in parts_with_inference
+        for part in parts
+        if part.inference
+    ]
 
 
-def _material(entry: GearEntry) -> tuple[str, NamedMaterial]:
+def _material_of_gear(entry: GearEntry) -> tuple[str, NamedMaterial]:
     """Name with what differs from it, and the values."""
-    named = materials()[entry.material]
-    stated = {
+    named_material = materials()[entry.material]
+    stated_values = {
         key: getattr(entry, key)
         for key in MATERIAL_KEYS
-        if getattr(entry, key) not in (None, getattr(named, key))
+        if getattr(entry, key) not in (None, getattr(named_material, key))
     }
-    if not stated:
-        return entry.material, named
+    if not stated_values:
+        return entry.material, named_material
     is_named = "material" in entry.model_fields_set
     name = (
-        f"{entry.material}, {' and '.join(stated)} as given" if is_named else "as given"
+        f"{entry.material}, {' and '.join(stated_values)} as given"
+        if is_named
+        else "as given"
     )
-    return name, replace(named, **stated)
+    return name, replace(named_material, **stated_values)
 
 
-def _gear(blank: Blank, teeth: SpurGear) -> Gear:
+def _build_gear(blank: Blank, teeth: SpurGear) -> Gear:
     entry = blank.entry
-    name, material = _material(entry)
+    name, material = _material_of_gear(entry)
     kx, ky = entry.bearing_kx_N_per_m, entry.bearing_ky_N_per_m
     rolling = rolling_bearing(entry.name, entry.ball_bearing, entry.roller_bearing)
     return Gear(
@@ -155,29 +175,33 @@ def _gear(blank: Blank, teeth: SpurGear) -> Gear:
     )
 
 
-def _mesh(
+def _build_mesh(
     document: Document,
     number: int,
-    place: Spacing,
+    mesh_spacing: Spacing,
     tips: list[Tip],
-    teeth: list[SpurGear],
+    geometries: list[SpurGear],
     torques: tuple[float, ...],
     folder: Path,
 ) -> Mesh:
     entry, names = document.mesh[number], document.gear_names
     driver, driven = names.index(entry.driver), names.index(entry.driven)
-    pair = _pair(
-        entry, (teeth[driver], teeth[driven]), place, (tips[driver], tips[driven])
+    pair = _build_pair(
+        entry,
+        (geometries[driver], geometries[driven]),
+        mesh_spacing,
+        (tips[driver], tips[driven]),
     )
     return Mesh(
         driver=driver,
         driven=driven,
         pair=pair,
-        **_flanks(entry, pair, folder),
+        **_flanks_by_field(entry, pair, folder),
         torques=torques,
-        phase=_phase(entry, first=number == 0),
+        phase=_phase(entry, is_first_mesh=number == 0),
         center_line=_center_line(entry),
         backlash=_backlash(entry, pair),
+        offset=entry.offset_mm * MM,
         mean_stiffness=entry.mean_stiffness_N_per_m,
         stiffness_variation=entry.stiffness_variation,
         load_share=entry.load_share,
@@ -197,8 +221,8 @@ def _backlash(entry: MeshEntry, pair: GearPair) -> float:
     return pair.backlash if pair.backlash > ROUND_OFF * pair.base_pitch else 0.0
 
 
-def _phase(entry: MeshEntry, first: bool) -> float | None:
-    if not first:
+def _phase(entry: MeshEntry, is_first_mesh: bool) -> float | None:
+    if not is_first_mesh:
         return entry.phase
     if entry.phase:
         raise InputError(
@@ -208,16 +232,16 @@ def _phase(entry: MeshEntry, first: bool) -> float | None:
     return 0.0
 
 
-def _pair(
+def _build_pair(
     entry: MeshEntry,
     gears: tuple[SpurGear, SpurGear],
-    place: Spacing,
+    mesh_spacing: Spacing,
     tips: tuple[Tip, Tip],
 ) -> GearPair:
     try:
-        pair = GearPair(*gears, place.center_distance)
+        pair = GearPair(*gears, mesh_spacing.center_distance)
     except GeometryError as error:
-        raise _refusal(entry, error, tips, place) from None
+        raise _refusal_of_pair(entry, error, tips, mesh_spacing) from None
     ratio = entry.contact_ratio
     if ratio is not None and ratio - pair.contact_ratio > CONTACT_RATIO_TOLERANCE:
         raise InputError(
@@ -227,60 +251,67 @@ def _pair(
     return pair
 
 
-def _refusal(
-    entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip], place: Spacing
+def _refusal_of_pair(
+    entry: MeshEntry, error: GeometryError, tips: tuple[Tip, Tip], mesh_spacing: Spacing
 ) -> InputError:
     if error.field == "tip_radius":
-        driver = error.role == "driver"
-        name = entry.driver if driver else entry.driven
-        tip = tips[0 if driver else 1]
+        is_driver = error.role == "driver"
+        name = entry.driver if is_driver else entry.driven
+        tip = tips[0 if is_driver else 1]
         where = f'{entry.label}: {tip.origin} for gear "{name}"'
         return tip.refusal(where, error)
     name = entry.spacing_key
-    stated = f"{entry.label}: {name} = {shown(getattr(entry, name))}"
-    if place.inference:
-        stated = place.inference
+    stated_spacing = f"{entry.label}: {name} = {shown(getattr(entry, name))}"
+    if mesh_spacing.inference:
+        stated_spacing = mesh_spacing.inference
     if error.bound is None:
-        return InputError(f"{stated}; {error.message}")
+        return InputError(f"{stated_spacing}; {error.message}")
     key = Key("mesh", entry.label, (name,))
     if name == "center_distance_mm":
-        return Refusal(key, stated, in_unit(error.bound, MM), "mm")
-    bases = abs(place.one.base_radius + place.two.base_radius)
+        return Refusal(key, stated_spacing, in_unit(error.bound, MM), "mm")
+    base_radius_sum = abs(mesh_spacing.one.base_radius + mesh_spacing.two.base_radius)
 
     def angle_deg(distance: float) -> float:
-        return math.degrees(math.acos(bases / distance))
+        return math.degrees(math.acos(base_radius_sum / distance))
 
-    return Refusal(key, stated, error.bound.mapped(angle_deg), "deg")
+    return Refusal(key, stated_spacing, error.bound.mapped(angle_deg), "deg")
 
 
-def _reliefs(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
+def _reliefs_by_key(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None]:
     """All four reliefs of a mesh by their keys."""
     reliefs: dict[str, Relief | None] = {}
     for role in ("driver", "driven"):
-        for place in ("tip", "root"):
-            shared, name = f"{place}_relief", f"{role}_{place}_relief"
-            key = name if getattr(entry, name) else shared
-            where = _key_of(entry, key, role)
-            reliefs[name] = relief(getattr(entry, key), pair, role, place, where)
+        for tip_or_root in ("tip", "root"):
+            shared_key, name = f"{tip_or_root}_relief", f"{role}_{tip_or_root}_relief"
+            key = name if getattr(entry, name) else shared_key
+            key_of_relief = _key_of_modification(entry, key, role)
+            reliefs[name] = relief(
+                getattr(entry, key), pair, role, tip_or_root, key_of_relief
+            )
     return reliefs
 
 
-def _flanks(
+def _flanks_by_field(
     entry: MeshEntry, pair: GearPair, folder: Path
 ) -> dict[str, FlankModifications]:
     """Modifications of both gears of a mesh by their names in `Mesh`."""
-    reliefs, profiles = _reliefs(entry, pair), _profiles(entry, pair, folder)
+    reliefs, profiles = (
+        _reliefs_by_key(entry, pair),
+        _profiles_by_key(entry, pair, folder),
+    )
+    leads = leads_by_key(entry)
     return {
         f"{role}_flank": FlankModifications(
             tip_relief=reliefs[f"{role}_tip_relief"],
             root_relief=reliefs[f"{role}_root_relief"],
             profile=profiles[f"{role}_profile"],
+            lead=leads[f"{role}_lead"],
         )
         for role in ("driver", "driven")
     }
 
 
-def _profiles(
+def _profiles_by_key(
     entry: MeshEntry, pair: GearPair, folder: Path
 ) -> dict[str, FlankProfile | None]:
     """Both profiles of a mesh by their keys."""
@@ -288,12 +319,14 @@ def _profiles(
     for role in ("driver", "driven"):
         name = f"{role}_profile"
         key = name if getattr(entry, name) else "profile"
-        where = _key_of(entry, key, role)
-        profiles[name] = flank_profile(getattr(entry, key), pair, role, where, folder)
+        key_of_profile = _key_of_modification(entry, key, role)
+        profiles[name] = flank_profile(
+            getattr(entry, key), pair, role, key_of_profile, folder
+        )
     return profiles
 
 
-def _key_of(entry: MeshEntry, key: str, role: str) -> KeyOf:
+def _key_of_modification(entry: MeshEntry, key: str, role: str) -> KeyOf:
     """A table of reliefs or profiles for the gear of a role."""
     gear = f'gear "{getattr(entry, role)}"'
     path = Key("mesh", entry.label, (key,))

@@ -38,15 +38,17 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     that the file has, such as those of its planet, is set before, the rest in gears and
     meshes of single planets. Raises InputError for a name that leads nowhere.
     """
-    copy: dict[str, Any] = {key: _python_value(value) for key, value in tables.items()}
+    edited_tables: dict[str, Any] = {
+        key: _python_value(value) for key, value in tables.items()
+    }
     names = sorted(edits, key=_is_single_value)
-    if "planetary" in copy:
-        first = [name for name in names if _is_there(copy, name)]
-        _set_all(copy, {name: edits[name] for name in first})
-        copy = expanded(copy)
-        names = [name for name in names if name not in first]
-    _set_all(copy, {name: edits[name] for name in names})
-    return copy
+    if "planetary" in edited_tables:
+        names_in_file = [name for name in names if _is_in_file(edited_tables, name)]
+        _set_all(edited_tables, {name: edits[name] for name in names_in_file})
+        edited_tables = expanded(edited_tables)
+        names = [name for name in names if name not in names_in_file]
+    _set_all(edited_tables, {name: edits[name] for name in names})
+    return edited_tables
 
 
 def with_values(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any]:
@@ -64,18 +66,18 @@ def with_values(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str
 def _set_all(tables: dict[str, Any], edits: Mapping[str, Any]) -> None:
     """Set values in order, then complete reliefs and take away what has no size."""
     for name, value in edits.items():
-        _set(tables, name, _python_value(value))
+        _set_value(tables, name, _python_value(value))
     for mesh in _tables_of(tables, "mesh"):
-        _settle_reliefs(mesh)
+        _complete_reliefs(mesh)
     for gear in _tables_of(tables, "gear"):
-        _settle_faults(gear)
+        _remove_faults_of_no_size(gear)
     for planetary in _tables_of(tables, "planetary"):
         for side in map(planetary.get, MESH_SIDES):
             if isinstance(side, dict):
-                _settle_reliefs(side)
+                _complete_reliefs(side)
 
 
-def _is_there(tables: dict[str, Any], name: str) -> bool:
+def _is_in_file(tables: dict[str, Any], name: str) -> bool:
     """Whether a name leads to a table of no list or to an entry of one."""
     require_known_key(name)
     kind, *path = name.split(".")
@@ -111,62 +113,68 @@ def require_known_key(name: str) -> None:
     if not path or not key:
         raise InputError(f"{name}: must name a table and a key, such as mesh.1.phase")
     if path[0] in LISTS and len(path) < 2:
+        if key.isdecimal():
+            raise InputError(f"{name}: which key? such as {name}.{known_keys(path)[0]}")
         raise InputError(f"{name}: which {path[0]}? such as {path[0]}.1")
-    inner = path[2:] if path[0] in LISTS else path[1:]
-    place: list[str] = []
-    steps = deque([path[0], *inner, key])
-    while steps:
-        step = steps.popleft()
-        keys = known_keys(place)
+    inner_path = path[2:] if path[0] in LISTS else path[1:]
+    key_path: list[str] = []
+    remaining_keys = deque([path[0], *inner_path, key])
+    while remaining_keys:
+        step = remaining_keys.popleft()
+        keys = known_keys(key_path)
         if step not in keys:
             raise InputError(f"{name}: unknown key {step}{nearest_key(step, keys)}")
-        place.append(step)
-        if len(place) > 1 and steps and lists_tables(place):
-            _require_number(steps.popleft(), name, place)
-            if not steps:
-                inside = known_keys(place)
-                raise InputError(f"{name}: which key? such as {name}.{inside[0]}")
+        key_path.append(step)
+        if len(key_path) > 1 and remaining_keys and lists_tables(key_path):
+            _require_number(remaining_keys.popleft(), name, key_path)
+            if not remaining_keys:
+                known_inner_keys = known_keys(key_path)
+                raise InputError(
+                    f"{name}: which key? such as {name}.{known_inner_keys[0]}"
+                )
 
 
-def _require_number(text: str, name: str, place: Sequence[str]) -> None:
+def _require_number(text: str, name: str, key_path: Sequence[str]) -> None:
     """Require the number of a table in a list that is not at the top."""
     if not re.fullmatch("[1-9][0-9]{0,5}", text):
-        path = name.partition(f".{place[-1]}.")[0]
+        path = name.partition(f".{key_path[-1]}.")[0]
         raise InputError(
-            f"{name}: which of {place[-1]}? such as {path}.{place[-1]}.1.KEY"
+            f"{name}: which of {key_path[-1]}? such as {path}.{key_path[-1]}.1.KEY"
         )
 
 
-def _set(tables: dict[str, Any], name: str, value: Any) -> None:
+def _set_value(tables: dict[str, Any], name: str, value: Any) -> None:
     require_known_key(name)
     *path, key = name.split(".")
-    table = _table(tables, path, name)
+    table = _find_or_make_table(tables, path, name)
     for other in replaced_keys(key):
         table.pop(other, None)
     table[key] = value
 
 
-def _table(tables: dict[str, Any], path: list[str], name: str) -> dict[str, Any]:
+def _find_or_make_table(
+    tables: dict[str, Any], path: list[str], name: str
+) -> dict[str, Any]:
     """The table that a path leads to; tables within it are made where missing."""
-    inner = path
+    inner_path = path
     table: Any = tables
     if path[0] in LISTS:
-        table, inner = _entry(tables, path[0], path[1], name), path[2:]
-    place = [path[0]]
-    for step in inner:
+        table, inner_path = _require_entry(tables, path[0], path[1], name), path[2:]
+    key_path = [path[0]]
+    for step in inner_path:
         if isinstance(table, list):
-            table = _numbered(table, int(step), name)
+            table = _numbered_table(table, int(step), name)
         else:
-            place.append(step)
-            table = table.setdefault(step, [] if lists_tables(place) else {})
+            key_path.append(step)
+            table = table.setdefault(step, [] if lists_tables(key_path) else {})
         if not isinstance(table, dict | list):
             raise InputError(f"{name}: {step} is a value, no table")
     if isinstance(table, list):
-        raise InputError(f"{name}: {place[-1]} is a list, no table")
+        raise InputError(f"{name}: {key_path[-1]} is a list, no table")
     return table
 
 
-def _numbered(entries: list[Any], number: int, name: str) -> Any:
+def _numbered_table(entries: list[Any], number: int, name: str) -> Any:
     """A table of a list by its number from 1; the next one is made."""
     if number > len(entries) + 1:
         raise InputError(
@@ -177,36 +185,42 @@ def _numbered(entries: list[Any], number: int, name: str) -> Any:
     return entries[number - 1]
 
 
-def _entry(tables: dict[str, Any], kind: str, which: str, name: str) -> dict[str, Any]:
-    entry = find_entry(tables, kind, which)
+def _require_entry(
+    tables: dict[str, Any], kind: str, number_or_name: str, name: str
+) -> dict[str, Any]:
+    entry = find_entry(tables, kind, number_or_name)
     if entry is not None:
         return entry
     entries = _tables_of(tables, kind)
     names = [str(entry.get("name", i)) for i, entry in enumerate(entries, 1)]
     hint = f" (known: {', '.join(names)})" if names else ""
-    raise InputError(f"{name}: no {kind} {which}{hint}")
+    raise InputError(f"{name}: no {kind} {number_or_name}{hint}")
 
 
 def find_entry(
-    tables: Mapping[str, Any], kind: str, which: str
+    tables: Mapping[str, Any], kind: str, number_or_name: str
 ) -> dict[str, Any] | None:
     """An entry of a list by its number or name, None if there is none."""
     entries = _tables_of(tables, kind)
-    numbered = [entry for i, entry in enumerate(entries, 1) if which == str(i)]
-    named = [entry for entry in entries if entry.get("name") == which]
-    return next(iter(numbered + named), None)
+    entries_of_number = [
+        entry for i, entry in enumerate(entries, 1) if number_or_name == str(i)
+    ]
+    entries_of_name = [
+        entry for entry in entries if entry.get("name") == number_or_name
+    ]
+    return next(iter(entries_of_number + entries_of_name), None)
 
 
 def _tables_of(tables: Mapping[str, Any], kind: str) -> list[dict[str, Any]]:
     """The tables of a list such as [[mesh]]; what is none is refused later."""
     entries = tables.get(kind)
-    listed = entries if isinstance(entries, list) else []
-    return [entry for entry in listed if isinstance(entry, dict)]
+    listed_entries = entries if isinstance(entries, list) else []
+    return [entry for entry in listed_entries if isinstance(entry, dict)]
 
 
-def _settle_reliefs(mesh: dict[str, Any]) -> None:
-    for place, start in DEFAULT_START.items():
-        for key in (place, f"driver_{place}", f"driven_{place}"):
+def _complete_reliefs(mesh: dict[str, Any]) -> None:
+    for relief_key, start in DEFAULT_START.items():
+        for key in (relief_key, f"driver_{relief_key}", f"driven_{relief_key}"):
             relief = mesh.get(key)
             if not isinstance(relief, dict):
                 continue
@@ -216,7 +230,7 @@ def _settle_reliefs(mesh: dict[str, Any]) -> None:
                 relief["start"] = start
 
 
-def _settle_faults(gear: dict[str, Any]) -> None:
+def _remove_faults_of_no_size(gear: dict[str, Any]) -> None:
     for key, size in FAULT_SIZES.items():
         if isinstance(entries := gear.get(key), list):
             gear[key] = [

@@ -30,4 +30,4 @@ def require_within(part: Any, name: str, low: float, below: float) -> None:
     """A number is from low to below a limit where it is not None."""
     value = getattr(part, name)
     if value is not None and not low <= value < below:
-        raise InputError(f"{name} = {value:.12g}; allowed {low:g} to below {below:g}")
+        raise InputError(f"{name} = {value:.12g}; must be {low:g} to below {below:g}")

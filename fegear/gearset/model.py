@@ -10,6 +10,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.faults.tooth_faults import NO_FAULTS, Faults
 from fegear.gearset.field_checks import require_fields, require_positive, require_within
 from fegear.gearset.modifications import UNMODIFIED, FlankModifications, Flanks
+from fegear.gearset.planes import DEFAULT_PLANE, Plane
 from fegear.gearset.planetary.members import Member, Members
 from fegear.gearset.shaft_bodies import ShaftBody
 from lumped.bearings.rolling import BallBearing, RollerBearing
@@ -21,7 +22,7 @@ MAX_COUNT = 1e18  # of any number, beyond all limits of files
 
 @dataclass(frozen=True, kw_only=True)
 class Gear:
-    """A spur gear with its width, material and, optionally, inertia.
+    """A gear with its width, material and, optionally, inertia.
 
     material : name, for those who read the figures; the values count
     thickness_origin : measure with its value that gave the tooth thickness, or empty
@@ -32,6 +33,7 @@ class Gear:
     rolling_bearing : in place of a bearing_stiffness, or None
     coupling_stiffness : torsional, to ground [N m/rad]
     faults : damage and errors of mounting
+    plane : state of the finite elements where no other is chosen
     """
 
     name: str
@@ -49,6 +51,7 @@ class Gear:
     rolling_bearing: BallBearing | RollerBearing | None = None
     coupling_stiffness: float = 0.0
     faults: Faults = NO_FAULTS
+    plane: Plane = DEFAULT_PLANE
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -61,7 +64,7 @@ class Gear:
             raise InputError(f"pitch_errors = {errors} values; {teeth} teeth need each")
         for tooth in self.faults.teeth:
             if not 0 <= tooth < teeth:
-                raise InputError(f"faults of tooth {tooth}; allowed 0 to {teeth - 1}")
+                raise InputError(f"faults of tooth {tooth}; must be 0 to {teeth - 1}")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +77,7 @@ class Mesh:
     center_line : direction from driver to driven, counter-clockwise from x [rad],
         or None for centres in a row along x
     backlash : along the line of action, as given or as the teeth have it [m]
+    offset : middle of the driven gear's width from the driver's, along the axis [m]
     mean_stiffness : over the mesh cycle, for analytic stiffness waves [N/m]
     stiffness_variation : peak to peak over the mean
     load_share : of a pair at the start of double contact
@@ -85,6 +89,7 @@ class Mesh:
     backlash: float
     driver_flank: FlankModifications = UNMODIFIED
     driven_flank: FlankModifications = UNMODIFIED
+    offset: float = 0.0
     torques: tuple[float, ...] = ()
     phase: float | None = None
     center_line: float | None = None
@@ -102,6 +107,16 @@ class Mesh:
     @property
     def gears(self) -> tuple[int, int]:
         return self.driver, self.driven
+
+    @property
+    def is_helical(self) -> bool:
+        return self.pair.driver.twist != 0.0
+
+    @property
+    def varies_over_width(self) -> bool:
+        """Whether teeth carry different loads along the face width."""
+        has_lead = any(flank.lead is not None for flank in self.flanks)
+        return self.is_helical or has_lead or self.offset != 0.0
 
     @property
     def flanks(self) -> Flanks:
@@ -251,9 +266,14 @@ class GearSet:
         for gear in (gear for gears in indices for gear in gears):
             if not 0 <= gear <= last:
                 raise InputError(
-                    f"gear index = {gear}; allowed 0 to {last}, there are {last + 1} "
+                    f"gear index = {gear}; must be 0 to {last}, there are {last + 1} "
                     "gears"
                 )
+
+    @property
+    def plane(self) -> Plane:
+        """State of the finite elements where no other is chosen."""
+        return self.gears[0].plane
 
     @property
     def title(self) -> str:
@@ -261,7 +281,9 @@ class GearSet:
         return f"{self.name}: {self.description}" if self.description else self.name
 
     def common_width(self, mesh: int) -> float:
-        """Face width of the narrower gear of a mesh [m].
+        """Face width over which the gears of a mesh face each other [m].
+
+        That of the narrower one, unless an axial offset leaves less.
 
         Parameters
         ----------
@@ -273,7 +295,53 @@ class GearSet:
         float
             Face width [m].
         """
-        return min(self.gears[gear].face_width for gear in self.meshes[mesh].gears)
+        low, high = self._common_ends(mesh)
+        return high - low
+
+    def width_middles(self, mesh: int) -> tuple[float, float]:
+        """Middle of the common width from that of driver and driven gear [m].
+
+        Parameters
+        ----------
+        mesh : int
+            Index of the mesh, from 0.
+
+        Returns
+        -------
+        tuple of float
+            Of the driver, then of the driven gear [m].
+        """
+        middle = 0.5 * sum(self._common_ends(mesh))
+        return middle, middle - self.meshes[mesh].offset
+
+    def engagement(self, mesh: int) -> tuple[float, float]:
+        """Positions at which a tooth pair comes into contact and leaves it.
+
+        The path of contact, longer by the overlap ratio where gears are helical.
+
+        Parameters
+        ----------
+        mesh : int
+            Index of the mesh, from 0.
+
+        Returns
+        -------
+        tuple of float
+            Of the pair in the middle of the common width, from the pitch point [base
+            pitches].
+        """
+        pair = self.meshes[mesh].pair
+        driver = pair.driver
+        lead = abs(driver.twist * driver.base_radius) * self.common_width(mesh)
+        start, end = pair.path
+        half_overlap = 0.5 * lead / pair.base_pitch
+        return start - half_overlap, end + half_overlap
+
+    def _common_ends(self, mesh: int) -> tuple[float, float]:
+        """Ends of the common width from the middle of the driver's width [m]."""
+        spec = self.meshes[mesh]
+        one, two = (0.5 * self.gears[gear].face_width for gear in spec.gears)
+        return max(-one, spec.offset - two), min(one, spec.offset + two)
 
     def axis(self, gear: int) -> tuple[int, ...]:
         """The gears that turn about a gear's axis with it, itself first.

@@ -5,10 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from fegear.files.errors import InputError
 from fegear.gearset.field_checks import require_fields, require_positive
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 ReliefShape = Literal["linear", "parabolic"]
 # monotonic, so that the gap between two flanks has one minimum
@@ -84,12 +88,46 @@ class FlankProfile:
 
 
 @dataclass(frozen=True, kw_only=True)
+class FlankLead:
+    """Material removed from one gear's flanks over its face width, which adds up.
+
+    Depths are along the line of action, in metres.
+
+    crowning : at both ends, by a parabola that is zero in the middle
+    slope : at the far end, linear from none at the near end
+    end_relief : at both ends, by a parabola over `end_length` from each
+    """
+
+    crowning: float = 0.0
+    slope: float = 0.0
+    end_relief: float = 0.0
+    end_length: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+
+    def depth(self, place: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+        """Depth (n,) [m] at places (n,) from the middle of a face width [m]."""
+        import numpy as np
+
+        way = 2.0 * place / width
+        depth = self.crowning * way**2 + 0.5 * self.slope * (1.0 + way)
+        if self.end_relief:
+            beyond = np.abs(place) - (0.5 * width - self.end_length)
+            depth = depth + self.end_relief * (
+                np.maximum(beyond / self.end_length, 0.0) ** 2
+            )
+        return np.asarray(depth)
+
+
+@dataclass(frozen=True, kw_only=True)
 class FlankModifications:
     """What is taken off the flanks of one gear in a mesh, of all teeth alike."""
 
     tip_relief: Relief | None = None
     root_relief: Relief | None = None
     profile: FlankProfile | None = None
+    lead: FlankLead | None = None
 
     @property
     def reliefs(self) -> tuple[Relief | None, Relief | None]:
@@ -98,7 +136,7 @@ class FlankModifications:
 
     @property
     def is_modified(self) -> bool:
-        return (*self.reliefs, self.profile) != (None, None, None)
+        return (*self.reliefs, self.profile, self.lead) != (None,) * 4
 
 
 UNMODIFIED = FlankModifications()

@@ -65,18 +65,25 @@ def mesh_phases(gear_set: GearSet) -> tuple[MeshPhase, ...]:
     but an idler's next mesh from the mesh that drives the idler where there is one.
     """
     phases = _given_phases(gear_set)
-    waiting = [n for n in range(len(gear_set.meshes)) if n not in phases]
-    while waiting:
-        links = [link for n in waiting for link in _links(gear_set, n, phases)]
+    meshes_without_phase = [n for n in range(len(gear_set.meshes)) if n not in phases]
+    while meshes_without_phase:
+        links = [
+            link
+            for n in meshes_without_phase
+            for link in _links_to_known(gear_set, n, phases)
+        ]
         if links:
             link = min(links, key=lambda link: (link.rank, link.mesh, link.other))
             value = _linked_phase(gear_set, link, phases[link.other].value)
-            index, phase = link.mesh, MeshPhase(value, _derivation(gear_set, link))
+            index, phase = (
+                link.mesh,
+                MeshPhase(value, _origin_of_derived(gear_set, link)),
+            )
         else:
-            index = waiting[0]
-            phase = MeshPhase(0.0, _choice(gear_set, index, phases))
+            index = meshes_without_phase[0]
+            phase = MeshPhase(0.0, _origin_of_chosen(gear_set, index, phases))
         phases[index] = phase
-        waiting.remove(index)
+        meshes_without_phase.remove(index)
     return tuple(phases[number] for number in range(len(gear_set.meshes)))
 
 
@@ -87,7 +94,7 @@ def geometric_phase(gear_set: GearSet, number: int) -> float | None:
     gears on a shaft may be clocked at will.
     """
     phases = mesh_phases(gear_set)
-    links = _links(gear_set, number, range(number))
+    links = _links_to_known(gear_set, number, range(number))
     if not links:
         return None
     link = min(links, key=lambda link: (link.rank, link.other))
@@ -102,16 +109,16 @@ def first_teeth(gear_set: GearSet) -> Mapping[tuple[int, int], int]:
     time when the first mesh is at its pitch point.
     """
     senses = gear_set.senses
-    first: dict[int, float] = {}
+    first_axes: dict[int, float] = {}
     teeth: dict[tuple[int, int], int] = {}
     for number, phase in enumerate(mesh_phases(gear_set)):
         mesh = gear_set.meshes[number]
         for gear in mesh.gears:
             pitch = gear_set.gears[gear].geometry.pitch_angle
-            axis = _axis(mesh, gear, senses[gear])
+            axis = _tooth_axis_in_mesh(mesh, gear, senses[gear])
             axis += rolling_sense(mesh, gear, senses[gear]) * phase.value * pitch
-            first.setdefault(gear, axis)
-            teeth[number, gear] = -round((axis - first[gear]) / pitch)
+            first_axes.setdefault(gear, axis)
+            teeth[number, gear] = -round((axis - first_axes[gear]) / pitch)
     return MappingProxyType(teeth)
 
 
@@ -123,13 +130,13 @@ def tooth_axis(mesh: Mesh, drives: bool, sense: int, direction: float) -> float:
     """
     pair = mesh.pair
     gear = pair.driver if drives else pair.driven
-    to_flank = gear.half_angle(
+    flank_angle = gear.half_angle(
         gear.base_radius / math.cos(pair.operating_pressure_angle)
     )
-    to_flank *= gear.sign * sense
+    flank_angle *= gear.sign * sense
     if pair.is_internal:
         direction += math.pi
-    return direction - to_flank if drives else direction + math.pi + to_flank
+    return direction - flank_angle if drives else direction + math.pi + flank_angle
 
 
 def rolling_sense(mesh: Mesh, gear: int, sense: int) -> int:
@@ -155,28 +162,30 @@ def _given_phases(gear_set: GearSet) -> dict[int, MeshPhase]:
     return phases | {0: MeshPhase(0.0, "reference")}
 
 
-def _links(gear_set: GearSet, number: int, phased: Collection[int]) -> list[Link]:
+def _links_to_known(
+    gear_set: GearSet, number: int, known_meshes: Collection[int]
+) -> list[Link]:
     """Links of a mesh that fix its position, to those of the known meshes."""
     mesh, links = gear_set.meshes[number], []
-    near = {n for gear in mesh.gears for n in gear_set.meshes_of[gear]} - {number}
-    for index in sorted(near.intersection(phased)):
+    neighbours = {n for gear in mesh.gears for n in gear_set.meshes_of[gear]} - {number}
+    for index in sorted(neighbours.intersection(known_meshes)):
         other = gear_set.meshes[index]
-        common = {mesh.driver, mesh.driven} & {other.driver, other.driven}
-        if _open_branch(mesh, other):
+        common_gears = {mesh.driver, mesh.driven} & {other.driver, other.driven}
+        if _is_open_branch(mesh, other):
             continue
-        follows = mesh.driver == other.driven
-        gear = mesh.driver if follows else min(common)
-        links.append(Link(0 if follows else 1, number, index, gear))
+        is_driven_by_other = mesh.driver == other.driven
+        gear = mesh.driver if is_driven_by_other else min(common_gears)
+        links.append(Link(0 if is_driven_by_other else 1, number, index, gear))
     return links
 
 
-def _open_branch(mesh: Mesh, other: Mesh) -> bool:
+def _is_open_branch(mesh: Mesh, other: Mesh) -> bool:
     """A gear in the same role in both meshes, and nothing says in what directions.
 
     The two mates cannot be in the same place, so this is no row.
     """
-    same_role = mesh.driver == other.driver or mesh.driven == other.driven
-    return same_role and mesh.center_line is None and other.center_line is None
+    has_same_role = mesh.driver == other.driver or mesh.driven == other.driven
+    return has_same_role and mesh.center_line is None and other.center_line is None
 
 
 def _linked_phase(gear_set: GearSet, link: Link, position: float) -> float:
@@ -184,30 +193,34 @@ def _linked_phase(gear_set: GearSet, link: Link, position: float) -> float:
     mesh, other = gear_set.meshes[link.mesh], gear_set.meshes[link.other]
     sense = gear_set.senses[link.gear]
     pitch_angle = gear_set.gears[link.gear].geometry.pitch_angle
-    turned = _axis(other, link.gear, sense) - _axis(mesh, link.gear, sense)
-    turned *= rolling_sense(mesh, link.gear, sense)
-    return math.remainder(position + turned / pitch_angle, 1.0)
+    axis_turn = _tooth_axis_in_mesh(other, link.gear, sense) - _tooth_axis_in_mesh(
+        mesh, link.gear, sense
+    )
+    axis_turn *= rolling_sense(mesh, link.gear, sense)
+    return math.remainder(position + axis_turn / pitch_angle, 1.0)
 
 
-def _axis(mesh: Mesh, gear: int, sense: int) -> float:
+def _tooth_axis_in_mesh(mesh: Mesh, gear: int, sense: int) -> float:
     return tooth_axis(mesh, gear == mesh.driver, sense, mesh.direction)
 
 
-def _derivation(gear_set: GearSet, link: Link) -> str:
+def _origin_of_derived(gear_set: GearSet, link: Link) -> str:
     directions = [gear_set.meshes[n].direction for n in (link.mesh, link.other)]
-    bend = math.remainder(directions[0] - directions[1], 2.0 * math.pi)
-    if abs(bend) < SAME_DIRECTION:
+    direction_change = math.remainder(directions[0] - directions[1], 2.0 * math.pi)
+    if abs(direction_change) < SAME_DIRECTION:
         return "derived, centres in line"
     return "derived from the centre lines"
 
 
-def _choice(gear_set: GearSet, number: int, phased: Collection[int]) -> str:
+def _origin_of_chosen(
+    gear_set: GearSet, number: int, known_meshes: Collection[int]
+) -> str:
     """Why a mesh without links to any known one may be at 0."""
     mesh = gear_set.meshes[number]
-    gears = {g for n in phased for g in gear_set.meshes[n].gears}
-    if not gears.isdisjoint(mesh.gears):
+    known_gears = {g for n in known_meshes for g in gear_set.meshes[n].gears}
+    if not known_gears.isdisjoint(mesh.gears):
         return "chosen, no centre line is given where the train branches"
-    turning = {g for gear in mesh.gears for g in gear_set.axis(gear)}
-    if not gears.isdisjoint(turning):
+    coaxial_gears = {g for gear in mesh.gears for g in gear_set.axis(gear)}
+    if not known_gears.isdisjoint(coaxial_gears):
         return "chosen, gears on a shaft can be clocked at will"
     return "chosen, not linked to the first mesh"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 # Values of solid materials, from soft plastics to tungsten carbide, by name: the factor
 # to the unit of the gear-set file, lowest and highest value, and a likely mistake
-PLAUSIBLE = {
+PLAUSIBLE_RANGES = {
     "young_modulus": ("young_modulus_GPa", 1e-9, 0.1, 1000.0, "GPa, not MPa"),
     "poisson_ratio": ("poisson_ratio", 1.0, 0.1, 0.48, "without a unit"),
     "density": ("density_kg_per_m3", 1.0, 500.0, 20000.0, "kg/m3, not g/cm3"),
@@ -65,13 +65,13 @@ def _thickness_warnings(gear: Gear) -> Iterator[str]:
 
 
 def _material_warnings(gear: Gear) -> Iterator[str]:
-    for name, (key, factor, least, most, hint) in PLAUSIBLE.items():
+    for name, (key, factor, lowest, highest, hint) in PLAUSIBLE_RANGES.items():
         value = factor * getattr(gear, name)
-        if not least <= value <= most:
+        if not lowest <= value <= highest:
             yield with_code(
                 "W34",
-                f'gear "{gear.name}": {key} = {value:.6g} is outside {least:g} to '
-                f"{most:g}, which materials of gears have; the unit is {hint}",
+                f'gear "{gear.name}": {key} = {value:.6g} is outside {lowest:g} to '
+                f"{highest:g}, which materials of gears have; the unit is {hint}",
             )
 
 
@@ -100,19 +100,21 @@ def _overlap_warnings(gear_set: GearSet) -> Iterator[str]:
     """
     if all(mesh.center_line is None for mesh in gear_set.meshes):
         return  # places in a row are those of drawings alone
-    places, pairs = (
+    places, meshing_pairs = (
         layout(gear_set).places,
         {frozenset(m.gears) for m in gear_set.meshes},
     )
-    for group in _planes(gear_set):
+    for group in _gears_by_plane(gear_set):
         for first, second in combinations(sorted(group), 2):
-            if {first, second} in pairs:
+            if {first, second} in meshing_pairs:
                 continue
             gears = gear_set.gears[first], gear_set.gears[second]
-            one, other = places[first], places[second]
-            distance = math.hypot(one.x - other.x, one.y - other.y)
-            reach = sum(gear.geometry.tip_radius for gear in gears)
-            overlap = 1e3 * (reach - distance)
+            first_place, second_place = places[first], places[second]
+            distance = math.hypot(
+                first_place.x - second_place.x, first_place.y - second_place.y
+            )
+            sum_of_tip_radii = sum(gear.geometry.tip_radius for gear in gears)
+            overlap = 1e3 * (sum_of_tip_radii - distance)
             if overlap > MIN_OVERLAP_MM:
                 yield with_code(
                     "W35",
@@ -131,36 +133,39 @@ def undercut_warnings(number: int, pair: GearPair) -> Iterator[str]:
         ("driver", pair.driver, pair.driven),
         ("driven gear", pair.driven, pair.driver),
     ):
-        start = pair.line_of_action - mate.tip_roll_length
-        if not gear.is_undercut or start >= gear.form_roll_length:
+        mate_start = pair.line_of_action - mate.tip_roll_length
+        if not gear.is_undercut or mate_start >= gear.form_roll_length:
             continue
-        lost = (gear.form_roll_length - start) / pair.base_pitch
+        lost_ratio = (gear.form_roll_length - mate_start) / pair.base_pitch
         yield with_code(
             "W27",
             f"mesh {number}: the tip circle of the mate reaches below the form circle "
             f"of the undercut {role} ({gear.teeth} teeth); contact ratio "
-            f"{pair.contact_ratio:.4g}, {lost:.3g} less than without undercut",
+            f"{pair.contact_ratio:.4g}, {lost_ratio:.3g} less than without "
+            "undercut",
         )
 
 
 def _backlash_warnings(gear_set: GearSet) -> Iterator[str]:
     """A line for the meshes whose teeth jam."""
-    tight = [n for n, mesh in enumerate(gear_set.meshes, 1) if not mesh.backlash > 0.0]
-    if tight:
-        where = "mesh " if len(tight) == 1 else "meshes "
-        where += ", ".join(map(str, tight))
-        text = "no backlash, the teeth jam in motion; set backlash_um, or"
+    jammed_meshes = [
+        n for n, mesh in enumerate(gear_set.meshes, 1) if not mesh.backlash > 0.0
+    ]
+    if jammed_meshes:
+        where = "mesh " if len(jammed_meshes) == 1 else "meshes "
+        where += ", ".join(map(str, jammed_meshes))
+        jam_text = "no backlash, the teeth jam in motion; set backlash_um, or"
         keys = "center_distance_mm and tooth_thinning_um"
-        yield with_code("W55", f"{where}: {text} {keys}")
+        yield with_code("W55", f"{where}: {jam_text} {keys}")
 
 
-def _planes(gear_set: GearSet) -> list[set[int]]:
+def _gears_by_plane(gear_set: GearSet) -> list[set[int]]:
     """Gears that are connected by meshes, by index."""
     planes: list[set[int]] = []
     for mesh in gear_set.meshes:
-        joined = {*mesh.gears}
-        for plane in [plane for plane in planes if plane & joined]:
+        joined_gears = {*mesh.gears}
+        for plane in [plane for plane in planes if plane & joined_gears]:
             planes.remove(plane)
-            joined |= plane
-        planes.append(joined)
+            joined_gears |= plane
+        planes.append(joined_gears)
     return planes

@@ -17,10 +17,10 @@ from fegear.gearset.refusals import KeyOf
 from fegear.gearset.schema import POINT_KEYS, ProfileEntry
 from fegear.gearset.zones import Zones, zones
 from lumped.common.csv_text import CsvText, TableError, parse_csv
+from lumped.common.units import UM
 from meshes import GearPair
 from meshes.gear import Bound, ceiled, floored
 
-UM = 1e-6
 DEVIATION = "deviation_um"
 MAX_DEVIATION_UM = 500.0  # per mm of the module: half the module, as of pitch errors
 MAX_SLOPE = 0.2  # between measured points, deviation over roll length
@@ -40,10 +40,10 @@ def flank_profile(
     limit = 1e3 * flank.gear.module * MAX_DEVIATION_UM
     for key in ("crowning_um", "slope_um"):
         _require_size(f"{where}.{key}", getattr(entry, key), limit)
-    points = replace(_points(entry, where, folder), gear=f" of {key_of.gear}")
+    points = replace(_points_of_entry(entry, where, folder), gear=f" of {key_of.gear}")
     if entry.file is None:
         points = replace(points, key_of=key_of)
-    rolls, deviations = measured(points, flank, where)
+    rolls, deviations = convert_measured_points(points, flank, where)
     if not (entry.crowning_um or entry.slope_um or rolls):
         return None
     return FlankProfile(
@@ -75,7 +75,7 @@ class MeasuredPoints:
     key_of: KeyOf | None = None
 
 
-def measured(
+def convert_measured_points(
     table: MeasuredPoints, flank: Zones, where: str
 ) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Roll lengths [m], increasing, and deviations [m] of points that fit the flank."""
@@ -93,11 +93,13 @@ def measured(
     rolls = _roll_lengths(table, flank)
     if flank.gear.sign < 0:  # whose flank has its tip at the least radius
         rolls, deviations, places = rolls[::-1], deviations[::-1], places[::-1]
-    _require_gentle(rolls, deviations, [p.format(key=table.column) for p in places])
+    _require_gentle_slopes(
+        rolls, deviations, [p.format(key=table.column) for p in places]
+    )
     return rolls, tuple(deviation * UM for deviation in deviations)
 
 
-def _points(entry: ProfileEntry, where: str, folder: Path) -> MeasuredPoints:
+def _points_of_entry(entry: ProfileEntry, where: str, folder: Path) -> MeasuredPoints:
     """Measured points of the lists or of the file."""
     if entry.file is not None:
         return _points_of_file(entry.file, where, folder)
@@ -131,10 +133,12 @@ def _points_of_file(name: str, where: str, folder: Path) -> MeasuredPoints:
 
 def _column(table: CsvText, name: str) -> list[float]:
     index = table.names.index(name)
-    return [_number(row[index], name, place) for place, row in table.rows.items()]
+    return [
+        _finite_number(row[index], name, place) for place, row in table.rows.items()
+    ]
 
 
-def _number(cell: str, column: str, place: str) -> float:
+def _finite_number(cell: str, column: str, place: str) -> float:
     try:
         value = float(cell)
     except ValueError:
@@ -160,54 +164,60 @@ def _require_order(
             f"{where}: {len(points)} measured points; 2 to {MAX_PROFILE_POINTS} are "
             "needed"
         )
-    for place, (before, point) in zip(places[1:], pairwise(points), strict=True):
-        if not point > before:
+    for place, (point_before, point) in zip(places[1:], pairwise(points), strict=True):
+        if not point > point_before:
             raise InputError(
                 f"{place.format(key=key)} = {point:g}; must be above the one before, "
-                f"{before:g}"
+                f"{point_before:g}"
             )
 
 
 def _roll_lengths(table: MeasuredPoints, flank: Zones) -> tuple[float, ...]:
     """Roll lengths [m] of measured points, which must be on the flank."""
     gear, key, points = flank.gear, table.key, table.points
-    base, low, high = gear.base_radius, gear.form_roll_length, flank.tip
-    ends = (low, "form circle"), (high, "tip")
+    base_radius, form_roll_length, tip_roll_length = (
+        gear.base_radius,
+        gear.form_roll_length,
+        flank.tip,
+    )
+    ends = (form_roll_length, "form circle"), (tip_roll_length, "tip")
     if key == "diameter_mm":
-        limits = sorted((2e3 * math.hypot(base, s), end) for s, end in ends)
+        limits = sorted((2e3 * math.hypot(base_radius, s), end) for s, end in ends)
     else:
         limits = sorted((flank.roll_angle_deg(s), end) for s, end in ends)
-    (least, first), (most, last) = limits
-    slack = RANGE_RTOL * (most - least)
+    (least_value, least_name), (most_value, most_name) = limits
+    tolerance = RANGE_RTOL * (most_value - least_value)
     for index, (place, point) in enumerate(zip(table.places, points, strict=True)):
-        if least - slack <= point <= most + slack:
+        if least_value - tolerance <= point <= most_value + tolerance:
             continue
         if table.key_of is not None:
-            bound = Bound("at least", least, f"the {first}{table.gear}")
-            if point > most:
-                bound = Bound("at most", most, f"the {last}{table.gear}")
+            bound = Bound("at least", least_value, f"the {least_name}{table.gear}")
+            if point > most_value:
+                bound = Bound("at most", most_value, f"the {most_name}{table.gear}")
             raise table.key_of.refusal(key, bound, unit_of_key(key), index)
         raise InputError(
-            f"{place.format(key=key)} = {point:g}; must be from {ceiled(least)} to "
-            f"{floored(most)}, {first} and {last}{table.gear}"
+            f"{place.format(key=key)} = {point:g}; must be from "
+            f"{ceiled(least_value)} to {floored(most_value)}, {least_name} and "
+            f"{most_name}{table.gear}"
         )
     if key == "diameter_mm":
         radii = [5e-4 * point for point in points]
         return tuple(
-            gear.sign * math.sqrt(max(0.0, r * r - base * base)) for r in radii
+            gear.sign * math.sqrt(max(0.0, r * r - base_radius * base_radius))
+            for r in radii
         )
-    return tuple(math.radians(point) * base for point in points)
+    return tuple(math.radians(point) * base_radius for point in points)
 
 
-def _require_gentle(
+def _require_gentle_slopes(
     rolls: Sequence[float], deviations: Sequence[float], places: Sequence[str]
 ) -> None:
     """Require slopes at which the normal of the flank hardly turns."""
     steps = zip(places[1:], pairwise(rolls), pairwise(deviations), strict=True)
-    for place, (start, end), (before, after) in steps:
-        slope = abs(after - before) * UM / (end - start)
+    for place, (start, end), (deviation_before, deviation_after) in steps:
+        slope = abs(deviation_after - deviation_before) * UM / (end - start)
         if not slope <= MAX_SLOPE:
             raise InputError(
-                f"{place} = {after:g}; changes by {slope:.3g} of "
+                f"{place} = {deviation_after:g}; changes by {slope:.3g} of "
                 f"the roll length from the point before, at most {MAX_SLOPE:g}"
             )

@@ -27,8 +27,8 @@ from fegear.gearset.refusals import Refusal
 from fegear.gearset.schema import Document, with_defaults
 from lumped.common.checks import check_arguments
 
-LIMITS = "le", "ge"  # names of limits in what pydantic says of an error
-PROFILES = "profile", "driver_profile", "driven_profile"  # keys of a mesh
+LIMIT_NAMES = "le", "ge"  # names of limits in what pydantic says of an error
+PROFILE_KEYS = "profile", "driver_profile", "driven_profile"  # keys of a mesh
 
 
 @check_arguments
@@ -62,7 +62,7 @@ def load_gear_set(
     'liu-pair'
     """
     name = fspath(name_or_path)
-    return _read(*_text_of(name), edits, _folder_of(name))
+    return _make_gear_set_from_text(*_text_and_source(name), edits, _folder_of(name))
 
 
 def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:
@@ -71,13 +71,13 @@ def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:
     Paths of files that it names are absolute, for the tables may be written to
     another folder.
     """
-    text, source = _text_of(name_or_path)
+    text, source_name = _text_and_source(name_or_path)
     try:
         tables = edited(parsed_toml(text), edits)
     except InputError as error:
-        raise InputError(f"{source}: {error}") from None
+        raise InputError(f"{source_name}: {error}") from None
     folder = _folder_of(name_or_path)
-    return _with_files(tables, lambda file: os.path.abspath(folder / file))
+    return _with_changed_paths(tables, lambda file: os.path.abspath(folder / file))
 
 
 def files_of_gear_set(name_or_path: str, edits: Mapping[str, Any]) -> list[str]:
@@ -96,13 +96,15 @@ def relative_tables(tables: Mapping[str, Any], path: Path) -> dict[str, Any]:
         is_below = Path(file).is_relative_to(folder)
         return Path(file).relative_to(folder).as_posix() if is_below else file
 
-    return _with_files(deepcopy(dict(tables)), relative)
+    return _with_changed_paths(deepcopy(dict(tables)), relative)
 
 
-def _with_files(tables: dict[str, Any], change: Callable[[str], str]) -> dict[str, Any]:
+def _with_changed_paths(
+    tables: dict[str, Any], change_path: Callable[[str], str]
+) -> dict[str, Any]:
     """Change the names of the files with measured profiles in tables."""
     for profile in _measured_profiles(tables):
-        profile["file"] = change(profile["file"])
+        profile["file"] = change_path(profile["file"])
     return tables
 
 
@@ -110,7 +112,7 @@ def _measured_profiles(tables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Profiles that name a file, also in tables that are not checked yet."""
     meshes = tables.get("mesh")
     for mesh in meshes if isinstance(meshes, list) else ():
-        for key in PROFILES if isinstance(mesh, dict) else ():
+        for key in PROFILE_KEYS if isinstance(mesh, dict) else ():
             profile = mesh.get(key)
             if isinstance(profile, dict) and isinstance(profile.get("file"), str):
                 yield profile
@@ -121,7 +123,7 @@ def _folder_of(name: str) -> Path:
     return Path() if name in builtin_names() else Path(name).parent
 
 
-def _text_of(name: str) -> tuple[str, str]:
+def _text_and_source(name: str) -> tuple[str, str]:
     """Text of a built-in gear set or of a file, and the name of its source."""
     if name in builtin_names():
         return (_builtin_folder() / f"{name}.toml").read_text("utf-8"), name
@@ -142,14 +144,14 @@ def path_of(name_or_path: str, kind: str, names: Sequence[str]) -> Path:
             f"{name_or_path}: neither a file nor a built-in {kind}"
             f"{nearest(name_or_path, names)} (built-in: {', '.join(names)})"
         )
-    if seems := KIND_OF_ENDING.get(path.suffix.lower()):
-        raise InputError(f"{path}: seems to be {seems}; a {kind} file is TOML")
+    if other_kind := KIND_OF_ENDING.get(path.suffix.lower()):
+        raise InputError(f"{path}: seems to be {other_kind}; a {kind} file is TOML")
     return path
 
 
 def read_gear_set_file(path: Path, edits: Mapping[str, Any] | None = None) -> GearSet:
     """The gear set in a TOML file; raises InputError naming the file."""
-    return _read(read_text(path), str(path), edits, path.parent)
+    return _make_gear_set_from_text(read_text(path), str(path), edits, path.parent)
 
 
 @check_arguments
@@ -177,15 +179,15 @@ def read_gear_set(
     InputError
         If the text is not TOML, or its content or a key cannot be used.
     """
-    return _read(text, source, edits, Path())
+    return _make_gear_set_from_text(text, source, edits, Path())
 
 
-def _read(
+def _make_gear_set_from_text(
     text: str, source: str, edits: Mapping[str, Any] | None, folder: Path
 ) -> GearSet:
     """The gear set in TOML text; files that it names lie in the folder."""
     try:
-        return _gear_set(parsed_toml(text), edits or {}, folder)
+        return _make_gear_set_from_tables(parsed_toml(text), edits or {}, folder)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
 
@@ -213,7 +215,7 @@ def make_gear_set(
     InputError
         If a table or a key cannot be used.
     """
-    return _gear_set(tables, edits or {}, Path())
+    return _make_gear_set_from_tables(tables, edits or {}, Path())
 
 
 def parsed_toml(text: str) -> dict[str, Any]:
@@ -223,10 +225,10 @@ def parsed_toml(text: str) -> dict[str, Any]:
     except RecursionError:
         raise InputError("TOML syntax: nested too deeply") from None
     except ValueError as error:  # of TOML, or an integer of thousands of digits
-        if seems := kind_of_text(text):
-            raise InputError(f"not TOML: seems to be {seems}") from None
-        match = re.search(r"at line (\d+)", str(error))
-        line = text.splitlines()[int(match[1]) - 1].strip() if match else ""
+        if other_kind := kind_of_text(text):
+            raise InputError(f"not TOML: seems to be {other_kind}") from None
+        line_number = re.search(r"at line (\d+)", str(error))
+        line = text.splitlines()[int(line_number[1]) - 1].strip() if line_number else ""
         quoted = f": {line[:60]}" if line else ""
         raise InputError(f"TOML syntax: {error}{quoted}") from None
 
@@ -247,7 +249,7 @@ def _builtin_folder() -> Traversable:
     return resources.files("fegear.gearset") / "sets"
 
 
-def _gear_set(
+def _make_gear_set_from_tables(
     raw_tables: Mapping[str, Any], edits: Mapping[str, Any], folder: Path
 ) -> GearSet:
     require_kind(raw_tables, "gear-set")
@@ -265,21 +267,22 @@ def _first_refusal(
     """The first problem; of a value beyond a limit with one that all rules allow."""
     problem, details = first_problem(error, tables), error.errors(include_url=False)
     limit = next(
-        (details[0]["ctx"][k] for k in LIMITS if k in details[0].get("ctx", {})), None
+        (details[0]["ctx"][k] for k in LIMIT_NAMES if k in details[0].get("ctx", {})),
+        None,
     )
     if limit is None:
         return problem
-    way, changed = details[0]["loc"], deepcopy(dict(tables))
-    table: Any = changed
-    for part in way[:-1]:
-        table = table[part]
-    table[way[-1]] = limit
+    key_path, changed_tables = details[0]["loc"], deepcopy(dict(tables))
+    table: Any = changed_tables
+    for step in key_path[:-1]:
+        table = table[step]
+    table[key_path[-1]] = limit
     try:
-        build_gear_set(Document.model_validate(changed), folder)
+        build_gear_set(Document.model_validate(changed_tables), folder)
     except Refusal as refusal:
-        if refusal.key.parts == way[2:]:
-            stated = problem.partition("; ")[0]
-            return f"{stated}; {refusal.bound.stated(refusal.unit)}"
+        if refusal.key.parts == key_path[2:]:
+            stated_value = problem.partition("; ")[0]
+            return f"{stated_value}; {refusal.bound.stated(refusal.unit)}"
     except (InputError, ValidationError):
         pass  # of other keys
     return problem

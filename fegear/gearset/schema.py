@@ -31,20 +31,21 @@ from fegear.gearset.faults.keys import (
 )
 from fegear.gearset.materials import STEEL, material_names, require_material
 from fegear.gearset.modifications import Interpolation, ReliefShape
+from fegear.gearset.planes import Plane
 from fegear.gearset.planetary.members import MAX_PLANETS, Member
 from meshes.gear import floored
 
 Item = TypeVar("Item")
 
 
-def _not_blank(name: str) -> str:
+def _require_not_blank(name: str) -> str:
     if not name.strip():
         raise ValueError("must not be empty")
     return name
 
 
 NAME = r'^[^"\p{Cc}\p{Cf}\p{Co}\p{Zl}\p{Zp}]+$'
-Name = Annotated[str, Field(pattern=NAME), AfterValidator(_not_blank)]
+Name = Annotated[str, Field(pattern=NAME), AfterValidator(_require_not_blank)]
 # Limits far beyond any gear, so that no product of them leaves the range of numbers.
 Positive = Annotated[float, Field(gt=0.0, le=1e5)]
 NotNegative = Annotated[float, Field(ge=0.0, le=1e5)]
@@ -64,6 +65,8 @@ MaterialName = Annotated[
 ]
 Angle = Annotated[float, Field(ge=5.0, le=35.0)]
 Shift = Annotated[float, Field(ge=-2.0, le=2.0)]
+HelixAngle = Annotated[float, Field(ge=0.0, le=45.0)]
+Hand = Literal["right", "left"]
 Entries = Annotated[tuple[Item, ...], Strict(False)]  # a TOML array is a list
 
 
@@ -162,6 +165,11 @@ class GearDefaults(Keys):
     module_mm: Module | None = None
     pressure_angle_deg: Angle = Field(
         default=20.0, description="Pressure angle of the rack."
+    )
+    helix_angle_deg: HelixAngle = Field(
+        default=0.0,
+        description="Helix angle on the reference cylinder. Module, pressure angle, "
+        "profile shift and rack are those of the normal section.",
     )
     profile_shift: Shift | None = Field(
         default=None,
@@ -312,6 +320,11 @@ class GearEntry(GearDefaults):
         default=False,
         description="Whether the teeth point inward, as those of a ring do.",
     )
+    hand: Hand | None = Field(
+        default=None,
+        description="Hand of the helix. [default: that of its mates reversed, right "
+        "of the first gear]",
+    )
     teeth: Teeth
     module_mm: Module
     face_width_mm: FaceWidth
@@ -330,6 +343,25 @@ class GearEntry(GearDefaults):
         for keys in (BEARING_KEYS, SPAN_KEYS, PIN_KEYS, RIM_STIFFNESS_KEYS):
             require_all_or_none(self, *keys)
         require_at_most_one(self, BEARING_KEYS[0], *ROLLING_KEYS)
+        return self
+
+    @model_validator(mode="after")
+    def _helix(self) -> GearEntry:
+        """Require what is known of helical gears."""
+        if self.helix_angle_deg == 0.0:
+            if self.hand is not None:
+                raise ValueError(f'hand = "{self.hand}"; helix_angle_deg is needed')
+            return self
+        if self.internal:
+            raise ValueError(
+                f"helix_angle_deg = {self.helix_angle_deg:g}; must be 0 of an internal "
+                "gear"
+            )
+        for key in self.present(*SPAN_KEYS, *PIN_KEYS):
+            raise ValueError(
+                f"{key} = {getattr(self, key):g}; not known of helical gears, "
+                f"helix_angle_deg = {self.helix_angle_deg:g}"
+            )
         return self
 
     @model_validator(mode="after")
@@ -451,10 +483,47 @@ class ProfileEntry(Keys):
         return self
 
 
+class LeadEntry(Keys):
+    """A modification of flanks over the face width."""
+
+    crowning_um: Signed = Field(
+        default=0.0,
+        description="Material missing at both ends of the face width, by a parabola "
+        "that is zero in the middle.",
+    )
+    slope_um: Signed = Field(
+        default=0.0,
+        description="Material missing at the far end of the face width, linear from "
+        "none at the near end: helix slope deviation, or misalignment of the shafts.",
+    )
+    end_relief_um: NotNegative = Field(
+        default=0.0,
+        description="Material missing at both ends, by a parabola over "
+        "end_relief_length_mm.",
+    )
+    end_relief_length_mm: Length | None = Field(
+        default=None, description="Length of the end relief, from each end."
+    )
+
+    @model_validator(mode="after")
+    def _length_of_relief(self) -> LeadEntry:
+        if self.end_relief_um and self.end_relief_length_mm is None:
+            raise ValueError(
+                f"end_relief_um = {self.end_relief_um:g}; end_relief_length_mm is "
+                "needed with it"
+            )
+        if self.end_relief_length_mm is not None and not self.end_relief_um:
+            raise ValueError(
+                f"end_relief_length_mm = {self.end_relief_length_mm:g}; end_relief_um "
+                "above 0 is needed with it"
+            )
+        return self
+
+
 class MeshKeys(Keys):
     """Keys of a mesh that do not say which gears are where.
 
-    A relief or profile without a gear's role applies to both gears.
+    A relief, profile or lead without a gear's role applies to both gears.
     """
 
     contact_ratio: Annotated[float, Field(ge=1.0, le=1e2)] | None = Field(
@@ -510,10 +579,24 @@ class MeshKeys(Keys):
     driven_profile: ProfileEntry | None = Field(
         default=None, description="Profile modification of the driven gear."
     )
+    lead: LeadEntry | None = Field(
+        default=None, description="Lead modification of both gears."
+    )
+    driver_lead: LeadEntry | None = Field(
+        default=None, description="Lead modification of the driving gear."
+    )
+    driven_lead: LeadEntry | None = Field(
+        default=None, description="Lead modification of the driven gear."
+    )
+    offset_mm: Signed = Field(
+        default=0.0,
+        description="Middle of the driven gear's face width from that of the driving "
+        "one, along the axis.",
+    )
 
     @model_validator(mode="after")
     def _exclusive(self) -> MeshKeys:
-        for place in ("tip_relief", "root_relief", "profile"):
+        for place in ("tip_relief", "root_relief", "profile", "lead"):
             for role in ("driver", "driven"):
                 require_at_most_one(self, place, f"{role}_{place}")
         return self
@@ -678,19 +761,19 @@ class ShaftEntry(Keys):
                 "stiffness_Nm_per_rad is given; it is that between gears, and the "
                 "shaft has one"
             )
-        for counted, keys in COUNTED_KEYS.items():
-            self._require_as_many(counted, keys)
+        for counted_key, keys in COUNTED_KEYS.items():
+            self._require_as_many(counted_key, keys)
         return self
 
-    def _require_as_many(self, counted: str, keys: tuple[str, ...]) -> None:
-        entries = getattr(self, counted)
+    def _require_as_many(self, counted_key: str, keys: tuple[str, ...]) -> None:
+        entries = getattr(self, counted_key)
         for key in self.present(*keys):
             count = len(getattr(self, key))
             if entries is None:
-                raise ValueError(f"{key} is given; {counted} is needed with it")
+                raise ValueError(f"{key} is given; {counted_key} is needed with it")
             if count != len(entries):
                 raise ValueError(
-                    f"{key} has {count} entries; as many as {counted} are needed, "
+                    f"{key} has {count} entries; as many as {counted_key} are needed, "
                     f"{len(entries)}"
                 )
 
@@ -793,7 +876,7 @@ class PlanetaryEntry(Keys):
 MIN_TORQUE = 1e-6  # N m; less is lost in round-off of the no-load transmission error
 
 
-def _driving(torque: float) -> float:
+def _require_driving_torque(torque: float) -> float:
     if not torque > 0.0:
         raise ValueError(
             "torque of the wrong sign; must be positive, in the sense of rotation"
@@ -803,7 +886,7 @@ def _driving(torque: float) -> float:
     return torque
 
 
-def _each_once(torques: tuple[float, ...]) -> tuple[float, ...]:
+def _require_distinct_torques(torques: tuple[float, ...]) -> tuple[float, ...]:
     for torque in torques:
         if torques.count(torque) > 1:
             raise ValueError(f"{torque:g} N m is there more than once")
@@ -823,11 +906,11 @@ class LoadEntry(Keys):
             Annotated[
                 float,
                 Field(le=1e9, json_schema_extra={"minimum": MIN_TORQUE}),
-                AfterValidator(_driving),
+                AfterValidator(_require_driving_torque),
             ]
         ],
         Field(min_length=1),
-        AfterValidator(_each_once),
+        AfterValidator(_require_distinct_torques),
     ] = Field(description="Torques on the input gear.")
 
 
@@ -839,7 +922,9 @@ class DynamicsEntry(Keys):
     )
 
 
-def _at_most_one(entries: tuple[PlanetaryEntry, ...]) -> tuple[PlanetaryEntry, ...]:
+def _require_at_most_one_planetary(
+    entries: tuple[PlanetaryEntry, ...],
+) -> tuple[PlanetaryEntry, ...]:
     if len(entries) > 1:
         raise ValueError(f"{len(entries)} planetary sets; one is allowed")
     return entries
@@ -854,12 +939,17 @@ class Document(Keys):
         default=(),
         description="Values that the source lacks, and how they were chosen.",
     )
+    plane: Plane | None = Field(
+        default=None,
+        description="State of the finite elements, stress, strain or width. [default: "
+        "width, teeth of their true width]",
+    )
     defaults: GearDefaults = Field(
         default=GearDefaults(), description="Keys that gears share."
     )
-    planetary: Annotated[Entries[PlanetaryEntry], AfterValidator(_at_most_one)] = Field(
-        default=(), description="Planets on a carrier between a sun and a ring."
-    )
+    planetary: Annotated[
+        Entries[PlanetaryEntry], AfterValidator(_require_at_most_one_planetary)
+    ] = Field(default=(), description="Planets on a carrier between a sun and a ring.")
     gear: Annotated[Entries[GearEntry], Field(min_length=1)] = Field(
         description="The gears."
     )

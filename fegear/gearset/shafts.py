@@ -9,7 +9,7 @@ from fegear.gearset.materials import materials
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import ShaftEntry
 from fegear.gearset.shaft_bodies import ShaftBearing, ShaftBody, ShaftDisk
-from fegear.gearset.teeth import MM
+from lumped.common.units import MM
 from meshes.gear import floored
 
 END_RTOL = 1e-9  # of the length, by which round-off may place a part beyond the end

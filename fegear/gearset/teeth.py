@@ -13,20 +13,20 @@ from fegear.gearset.problems import shown
 from fegear.gearset.refusals import Key, Refusal, in_unit
 from fegear.gearset.schema import GearEntry
 from fegear.gearset.thickness import (
-    MM,
-    UM,
     ToothThickness,
     require_measurable,
     thickness_of_rack,
     tooth_thickness,
 )
 from lumped.common.checks import require_present
+from lumped.common.units import MM, UM
 from meshes.gear import Bound, GeometryError, SpurGear
+from meshes.helical import HelicalGear
 from meshes.internal import MIN_CUTTER_TEETH, Foundation, InternalGear
 from meshes.involute import Involute, involute
 from meshes.shaper import ShaperCutter, ThickTooth, shaper_cutter
 
-__all__ = ["MM", "UM", "Blank", "Tip", "blank_of"]
+__all__ = ["Blank", "Tip", "blank_of"]
 
 GEAR_KEYS = {
     "teeth": "teeth",
@@ -36,6 +36,7 @@ GEAR_KEYS = {
     "dedendum": "dedendum_mm",
     "rack_tip_radius": "rack_tip_radius_mm",
     "hub_radius": "hub_radius_mm",
+    "helix_angle": "helix_angle_deg",
     "tooth_thinning": "tooth_thinning_um",
     "cutter_teeth": "cutter_teeth",
 }
@@ -67,13 +68,23 @@ class Tip:
 
 @dataclass(frozen=True, kw_only=True)
 class Blank(Involute):
-    """A gear before its tip is known; lengths in metres, angle in radians."""
+    """A gear before its tip is known; lengths in metres, angles in radians.
+
+    Module and pressure angle are those of the section across the axis.
+
+    helix_angle : on the reference cylinder, right-handed positive
+    """
 
     entry: GearEntry
+    helix_angle: float = 0.0
 
     @property
     def sign(self) -> int:
         return -1 if self.entry.internal else 1
+
+    @property
+    def normal_module(self) -> float:
+        return self.entry.module_mm * MM
 
     @cached_property
     def thickness(self) -> ToothThickness:
@@ -92,7 +103,7 @@ class Blank(Involute):
     @property
     def dedendum(self) -> float:
         dedendum_mm = self.entry.dedendum_mm
-        return 1.25 * self.module if dedendum_mm is None else dedendum_mm * MM
+        return 1.25 * self.normal_module if dedendum_mm is None else dedendum_mm * MM
 
     @property
     def widest_rack_tip(self) -> float:
@@ -104,8 +115,17 @@ class Blank(Involute):
         shift = tooth.profile_shift * self.module
         shift_width = 2.0 * shift * math.tan(alpha)
         half_space = 0.5 * (0.5 * math.pi * self.module - shift_width + tooth.thinning)
-        flat = half_space - (self.dedendum - shift) * math.tan(alpha)
-        return flat / (1.0 / math.cos(alpha) - math.tan(alpha))
+        flat_width = half_space - (self.dedendum - shift) * math.tan(alpha)
+        return flat_width / self._rack_tip_slope
+
+    @property
+    def _rack_tip_slope(self) -> float:
+        """What a rack tip takes of the flat over its rounding."""
+        alpha = self.pressure_angle
+        if self.helix_angle == 0.0:
+            return 1.0 / math.cos(alpha) - math.tan(alpha)
+        stretch = 1.0 / math.cos(self.helix_angle)
+        return math.hypot(stretch, math.tan(alpha)) - math.tan(alpha)
 
     @property
     def cutter(self) -> ShaperCutter | None:
@@ -113,12 +133,18 @@ class Blank(Involute):
         if self.cutter_teeth > self.teeth - MIN_CUTTER_TEETH:
             return None  # refused with the tooth
         tooth = self.thickness
-        standard, by_shift = thickness_of_rack(self)
-        thickness = standard + by_shift * tooth.profile_shift - tooth.thinning
-        half = 0.5 * thickness / self.reference_radius + involute(self.pressure_angle)
-        root = self.reference_radius + tooth.profile_shift * self.module - self.dedendum
+        rack_thickness, thickness_per_shift = thickness_of_rack(self)
+        thickness = (
+            rack_thickness + thickness_per_shift * tooth.profile_shift - tooth.thinning
+        )
+        half_angle = 0.5 * thickness / self.reference_radius + involute(
+            self.pressure_angle
+        )
+        root_radius = (
+            self.reference_radius + tooth.profile_shift * self.module - self.dedendum
+        )
         try:
-            return shaper_cutter(self, half, root, self.cutter_teeth)
+            return shaper_cutter(self, half_angle, root_radius, self.cutter_teeth)
         except ThickTooth:
             return None
 
@@ -127,8 +153,8 @@ class Blank(Involute):
         """Number of teeth of the cutter: a third of the ring's by default."""
         if self.entry.cutter_teeth is not None:
             return self.entry.cutter_teeth
-        fewest = min(MIN_DEFAULT_CUTTER_TEETH, self.teeth - MIN_CUTTER_TEETH)
-        return max(fewest, self.teeth // 3)
+        fewest_teeth = min(MIN_DEFAULT_CUTTER_TEETH, self.teeth - MIN_CUTTER_TEETH)
+        return max(fewest_teeth, self.teeth // 3)
 
     @property
     def foundation(self) -> Foundation | None:
@@ -144,7 +170,7 @@ class Blank(Involute):
         radius_mm = self.entry.rack_tip_radius_mm
         if radius_mm is not None:
             return radius_mm * MM
-        return min(0.3 * self.module, self.widest_rack_tip)
+        return min(0.3 * self.normal_module, self.widest_rack_tip)
 
     @property
     def given_tip(self) -> Tip | None:
@@ -179,7 +205,8 @@ class Blank(Involute):
 
     def default_tip(self, shortening: float = 0.0) -> Tip:
         """The tip without keys; shortening : of the addendum [m]."""
-        addendum = (1.0 + self.thickness.profile_shift) * self.module - shortening
+        normal_shift = self.thickness.profile_shift / math.cos(self.helix_angle)
+        addendum = (1.0 + normal_shift) * self.normal_module - shortening
         return self._tip_of_addendum(addendum, " by default")
 
     def cut(self, tip: Tip) -> SpurGear:
@@ -207,6 +234,8 @@ class Blank(Involute):
             return InternalGear(
                 **sizes, cutter_teeth=self.cutter_teeth, foundation=self.foundation
             )
+        if self.helix_angle:
+            return HelicalGear(**sizes, helix_angle=self.helix_angle)
         return SpurGear(**sizes)
 
     def _refusal(self, error: GeometryError, tip: Tip) -> InputError:
@@ -220,17 +249,17 @@ class Blank(Involute):
             return InputError(f"{where}: {origin}; {quantity} {error.message}")
         field, bound = error.field, error.bound
         if field == "rack_tip_radius" and self.rack_tip_radius <= 0.0:
-            field, bound = "dedendum", self._deepest
-        key, factor, unit = self._key_of(field)
-        stated = f"{where}: {self._stated(key)}"
+            field, bound = "dedendum", self._dedendum_bound
+        key, factor, unit = self._key_and_unit(field)
+        stated_value = f"{where}: {self._stated_value(key)}"
         if bound is None:
-            return InputError(f"{stated}; {error.message.partition('; ')[2]}")
+            return InputError(f"{stated_value}; {error.message.partition('; ')[2]}")
         if field == "rack_tip_radius" and self.thickness.origin:
             reason = f"{bound.reason}; {self.thickness.origin}"
             bound = replace(bound, reason=reason)
-        return Refusal(self.key(key), stated, in_unit(bound, factor), unit)
+        return Refusal(self.key(key), stated_value, in_unit(bound, factor), unit)
 
-    def _key_of(self, field: str) -> tuple[str, float, str]:
+    def _key_and_unit(self, field: str) -> tuple[str, float, str]:
         """Key of a field of the gear as the file has it, its unit [SI] and name."""
         if field == "hub_radius" and self.entry.internal:
             return "rim_radius_mm", MM, "mm"
@@ -240,7 +269,7 @@ class Blank(Involute):
         return (key, MM, "mm") if key.endswith("_mm") else (key, 1.0, "")
 
     @property
-    def _deepest(self) -> Bound:
+    def _dedendum_bound(self) -> Bound:
         """Dedendum at which the tool's tip is a sharp point."""
         if self.entry.internal:
             cutter = require_present(self.cutter, "cutter")
@@ -249,29 +278,37 @@ class Blank(Involute):
             reason = f"the tip of a cutter of {self.cutter_teeth} teeth is pointed"
             return Bound("must be below", shifted + reach, reason)
         alpha = self.pressure_angle
-        slack = self.widest_rack_tip * (1.0 / math.cos(alpha) - math.tan(alpha))
+        slack = self.widest_rack_tip * self._rack_tip_slope
         reason = "the space has no room for the rack tip"
         largest = self.dedendum + slack / math.tan(alpha)
         return Bound("must be below", largest, reason)
 
-    def _stated(self, key: str) -> str:
+    def _stated_value(self, key: str) -> str:
         """'key = value' as given, or as it was filled in."""
         if key in self.entry.model_fields_set:
             return f"{key} = {shown(getattr(self.entry, key))}"
-        filled = {
+        default_values = {
             "dedendum_mm": self.dedendum / MM,
             "rack_tip_radius_mm": self.rack_tip_radius / MM,
-            "profile_shift": self.thickness.profile_shift,
+            "profile_shift": self.thickness.profile_shift / math.cos(self.helix_angle),
             "tooth_thinning_um": self.thickness.thinning / UM,
             "cutter_teeth": self.cutter_teeth,
         }
-        return f"{key} = {shown(filled.get(key, getattr(self.entry, key)))} by default"
+        value = default_values.get(key, getattr(self.entry, key))
+        return f"{key} = {shown(value)} by default"
 
 
-def blank_of(entry: GearEntry) -> Blank:
+def blank_of(entry: GearEntry, hand: int = 1) -> Blank:
+    """The gear before its tip is known; hand : of its helix, 1 right or -1 left."""
+    module, helix = entry.module_mm * MM, math.radians(entry.helix_angle_deg)
+    angle = math.radians(entry.pressure_angle_deg)
+    if helix:
+        module /= math.cos(helix)
+        angle = math.atan(math.tan(angle) / math.cos(helix))
     return Blank(
         teeth=entry.teeth,
-        module=entry.module_mm * MM,
-        pressure_angle=math.radians(entry.pressure_angle_deg),
+        module=module,
+        pressure_angle=angle,
         entry=entry,
+        helix_angle=hand * helix,
     )

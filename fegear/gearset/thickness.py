@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import GearEntry
+from lumped.common.units import MM, UM
 from meshes.gear import GeometryError, SpurGear, ceiled
 from meshes.involute import Involute
 from meshes.tooth_thickness import (
@@ -19,8 +20,6 @@ from meshes.tooth_thickness import (
     thickness_of_pins,
     thickness_of_span,
 )
-
-MM, UM = 1e-3, 1e-6
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,25 +42,25 @@ def tooth_thickness(entry: GearEntry, gear: Involute) -> ToothThickness:
     shift, thinning_um = entry.profile_shift, entry.tooth_thinning_um
     origin, measured = measured_thickness(entry, gear)
     if measured is None:
-        return ToothThickness(
-            profile_shift=shift or 0.0, thinning=(thinning_um or 0.0) * UM
-        )
-    standard, by_shift = thickness_of_rack(gear)
+        # of the section across the axis
+        shift = (shift or 0.0) * math.cos(math.radians(entry.helix_angle_deg))
+        return ToothThickness(profile_shift=shift, thinning=(thinning_um or 0.0) * UM)
+    rack_thickness, thickness_per_shift = thickness_of_rack(gear)
     if shift is not None:
-        thinning = standard + shift * by_shift - measured
+        thinning = rack_thickness + shift * thickness_per_shift - measured
         result = f"tooth_thinning_um = {thinning / UM:.6g}"
-        stated = f"profile_shift = {shown(shift)}"
+        given_value = f"profile_shift = {shown(shift)}"
     else:
         thinning = (thinning_um or 0.0) * UM
-        shift = (measured + thinning - standard) / by_shift
+        shift = (measured + thinning - rack_thickness) / thickness_per_shift
         result = f"profile_shift = {shift:.6g}"
-        stated = f"tooth_thinning_um = {shown(thinning_um or 0.0)}"
-        stated += "" if thinning_um is not None else " by default"
+        given_value = f"tooth_thinning_um = {shown(thinning_um or 0.0)}"
+        given_value += "" if thinning_um is not None else " by default"
     return ToothThickness(
         profile_shift=shift,
         thinning=thinning,
         origin=origin,
-        inference=f'gear "{entry.name}": {result}, from {origin} with {stated}',
+        inference=f'gear "{entry.name}": {result}, from {origin} with {given_value}',
     )
 
 
@@ -77,20 +76,20 @@ def measured_thickness(entry: GearEntry, gear: Involute) -> tuple[str, float | N
         try:
             return origin, thickness_of_pins(gear, dimension * MM, pin * MM)
         except ValueError:
-            least = ceiled(least_pin_dimension(gear, pin * MM) / MM)
+            least_dimension = ceiled(least_pin_dimension(gear, pin * MM) / MM)
             raise InputError(
-                f'gear "{entry.name}": {origin}; must be above {least} mm'
+                f'gear "{entry.name}": {origin}; must be above {least_dimension} mm'
             ) from None
     return "", None
 
 
 def _require_span_teeth(entry: GearEntry, count: int) -> None:
     """Require a span over half of the teeth at most; no tooth has flanks for more."""
-    most = max(1, entry.teeth // 2)
-    if count > most:
+    most_teeth = max(1, entry.teeth // 2)
+    if count > most_teeth:
         raise InputError(
             f'gear "{entry.name}": span_teeth = {count} of {entry.teeth} teeth; '
-            f"allowed 1 to {most}"
+            f"must be 1 to {most_teeth}"
         )
 
 

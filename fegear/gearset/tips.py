@@ -10,8 +10,9 @@ from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.refusals import Key, Refusal
 from fegear.gearset.schema import Document, MeshEntry
-from fegear.gearset.teeth import MM, Blank, Tip, blank_of
+from fegear.gearset.teeth import Blank, Tip, blank_of
 from lumped.common.checks import require_present
+from lumped.common.units import MM
 from meshes.gear import Bound, bisected
 from meshes.involute import inverse_involute, involute
 
@@ -41,9 +42,9 @@ class Spacing:
 
     @property
     def line_of_action(self) -> float:
-        bases = self.one.base_radius + self.two.base_radius
-        line = math.sqrt(self.center_distance**2 - bases**2)
-        return -line if self.is_internal else line
+        base_radii = self.one.base_radius + self.two.base_radius
+        length = math.sqrt(self.center_distance**2 - base_radii**2)
+        return -length if self.is_internal else length
 
     @property
     def shortening(self) -> float:
@@ -68,15 +69,17 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
     """Place two gears; raises InputError if they cannot mesh at all."""
     pitches = one.base_pitch, two.base_pitch
     if abs(pitches[0] - pitches[1]) > 1e-9 * pitches[0]:
-        raise InputError(f"{mesh.label}: {_unequal_pitches(one, two)}")
+        raise InputError(f"{mesh.label}: {_unequal_pitches_text(one, two)}")
     if one.sign + two.sign < 0:
         raise InputError(f"{mesh.label}: both gears are internal; only one may be")
-    bases = abs(one.base_radius + two.base_radius)
+    base_radius_bound = abs(one.base_radius + two.base_radius)
     if mesh.operating_pressure_angle_deg is not None:
         angle = math.radians(mesh.operating_pressure_angle_deg)
-        return Spacing(one, two, bases / math.cos(angle))
+        return Spacing(one, two, base_radius_bound / math.cos(angle))
     if mesh.center_distance_mm is None:
-        distance = bases / math.cos(_angle_without_backlash(mesh, one, two))
+        distance = base_radius_bound / math.cos(
+            _pressure_angle_without_backlash(mesh, one, two)
+        )
         shifts = one.thickness.profile_shift + two.thickness.profile_shift
         inference = (
             f"{mesh.label}: center_distance_mm = {distance / MM:.7g} by default, at "
@@ -84,35 +87,37 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
             f"{shifts:.6g}"
         )
         return Spacing(one, two, distance, inference)
-    if not mesh.center_distance_mm * MM > bases:
-        stated = f"center_distance_mm = {shown(mesh.center_distance_mm)}"
-        bound = Bound("must be above", bases / MM, f"the {base_radii(one, two)}")
+    if not mesh.center_distance_mm * MM > base_radius_bound:
+        stated_distance = f"center_distance_mm = {shown(mesh.center_distance_mm)}"
+        bound = Bound(
+            "must be above", base_radius_bound / MM, f"the {base_radii_text(one, two)}"
+        )
         key = Key("mesh", mesh.label, ("center_distance_mm",))
-        raise Refusal(key, f"{mesh.label}: {stated}", bound, "mm")
+        raise Refusal(key, f"{mesh.label}: {stated_distance}", bound, "mm")
     return Spacing(one, two, mesh.center_distance_mm * MM)
 
 
-def _angle_without_backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:
+def _pressure_angle_without_backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:
     """Operating pressure angle [rad] at which teeth that are not thinned just fit."""
     shifts = one.thickness.profile_shift + two.thickness.profile_shift
     teeth = one.sign * one.teeth + two.sign * two.teeth
     alpha = one.pressure_angle
-    value = involute(alpha) + 2.0 * math.tan(alpha) * shifts / teeth
-    if value <= 0.0:
+    operating_involute = involute(alpha) + 2.0 * math.tan(alpha) * shifts / teeth
+    if operating_involute <= 0.0:
         raise InputError(
             f"{mesh.label}: center_distance_mm is missing; the sum of profile shifts "
             f"{shown(shifts)} fits none"
         )
-    return inverse_involute(value)
+    return inverse_involute(operating_involute)
 
 
-def base_radii(one: Blank, two: Blank) -> str:
+def base_radii_text(one: Blank, two: Blank) -> str:
     """What bounds the centre distance from below, in words."""
     is_internal = one.sign * two.sign < 0
     return f"{'difference' if is_internal else 'sum'} of base radii"
 
 
-def _unequal_pitches(one: Blank, two: Blank) -> str:
+def _unequal_pitches_text(one: Blank, two: Blank) -> str:
     """The keys by which the base pitches of two gears differ."""
     keys = [
         f"{key} = {shown(getattr(one.entry, key))} and {shown(getattr(two.entry, key))}"
@@ -130,21 +135,23 @@ def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
     """
     blanks = {entry.name: blank_of(entry) for entry in document.gear}
     tips = {name: tip for name, blank in blanks.items() if (tip := blank.given_tip)}
-    for mesh, place in zip(document.mesh, spacings, strict=True):
+    for mesh, mesh_spacing in zip(document.mesh, spacings, strict=True):
         if mesh.contact_ratio is None:
             continue
-        free = [name for name in (mesh.driver, mesh.driven) if name not in tips]
-        if free:
-            addendum = _equal_addendum(mesh, place, tips)
+        gears_without_tip = [
+            name for name in (mesh.driver, mesh.driven) if name not in tips
+        ]
+        if gears_without_tip:
+            addendum = _equal_addendum(mesh, mesh_spacing, tips)
             origin = f"contact_ratio = {shown(mesh.contact_ratio)} of {mesh.label}"
             stated_tips = dict(tips)
-            for name in free:
+            for name in gears_without_tip:
                 tips[name] = _tip_of_contact_ratio(
-                    mesh, place, stated_tips, blanks[name], addendum, origin
+                    mesh, mesh_spacing, stated_tips, blanks[name], addendum, origin
                 )
-        _require_contact_ratio(mesh, place, tips)
-    for mesh, place in zip(document.mesh, spacings, strict=True):
-        _require_shortening(mesh, place, tips)
+        _require_contact_ratio(mesh, mesh_spacing, tips)
+    for mesh, mesh_spacing in zip(document.mesh, spacings, strict=True):
+        _require_shortening(mesh, mesh_spacing, tips)
     for name, blank in blanks.items():
         if name not in tips and not blank.entry.internal:
             tips[name] = _default_tip(blank, document, spacings)
@@ -154,12 +161,14 @@ def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:
     return [tips[name] for name in document.gear_names]
 
 
-def _require_shortening(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> None:
+def _require_shortening(
+    mesh: MeshEntry, mesh_spacing: Spacing, tips: dict[str, Tip]
+) -> None:
     """Refuse a shortening of tips that changes nothing; tips : that are given."""
     if not mesh.tip_shortening:
         return
     reason = ""
-    if place.is_internal:
+    if mesh_spacing.is_internal:
         reason = "is that of external gears"
     elif {mesh.driver, mesh.driven} <= tips.keys():
         reason = "changes nothing, as both tips are given"
@@ -169,20 +178,23 @@ def _require_shortening(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -
 
 def _default_tip(blank: Blank, document: Document, spacings: Sequence[Spacing]) -> Tip:
     """Default tip of an external gear, shortened where a mesh says so."""
-    name, shortened, possible = blank.entry.name, 0.0, 0.0
-    for mesh, place in zip(document.mesh, spacings, strict=True):
-        if name in (mesh.driver, mesh.driven) and not place.is_internal:
-            possible = max(possible, place.shortening)
+    name, shortening, largest_shortening = blank.entry.name, 0.0, 0.0
+    for mesh, mesh_spacing in zip(document.mesh, spacings, strict=True):
+        if name in (mesh.driver, mesh.driven) and not mesh_spacing.is_internal:
+            largest_shortening = max(largest_shortening, mesh_spacing.shortening)
             if mesh.tip_shortening:
-                shortened = max(shortened, place.shortening)
-    tip = blank.default_tip(shortened)
-    if possible < MIN_SHORTENING:
+                shortening = max(shortening, mesh_spacing.shortening)
+    tip = blank.default_tip(shortening)
+    if largest_shortening < MIN_SHORTENING:
         return tip
-    change = f"shortened by {shortened / MM:.4g} mm"
-    if not shortened:
-        change = f"not shortened; tip_shortening = true takes {possible / MM:.4g} mm"
-    stated = f"tip_radius_mm = {tip.radius / MM:.7g} by default"
-    return replace(tip, inference=f'gear "{name}": {stated}, {change}')
+    shortening_text = f"shortened by {shortening / MM:.4g} mm"
+    if not shortening:
+        shortening_text = (
+            "not shortened; tip_shortening = true takes "
+            f"{largest_shortening / MM:.4g} mm"
+        )
+    radius_text = f"tip_radius_mm = {tip.radius / MM:.7g} by default"
+    return replace(tip, inference=f'gear "{name}": {radius_text}, {shortening_text}')
 
 
 def _ring_tip(
@@ -192,39 +204,39 @@ def _ring_tip(
 
     Nor does it go below the flank of its cutter.
     """
-    default = ring.default_tip()
-    rolls = [ring.cutter.line_of_action if ring.cutter else 0.0]
-    by_cutter = rolls[0]
-    for mesh, place in zip(document.mesh, spacings, strict=True):
+    default_tip = ring.default_tip()
+    form_roll_lengths = [ring.cutter.line_of_action if ring.cutter else 0.0]
+    cutter_roll_length = form_roll_lengths[0]
+    for mesh, mesh_spacing in zip(document.mesh, spacings, strict=True):
         names = mesh.driver, mesh.driven
         if ring.entry.name not in names:
             continue
         mate, name = (
-            (place.two, mesh.driven)
+            (mesh_spacing.two, mesh.driven)
             if names[0] == ring.entry.name
-            else (place.one, mesh.driver)
+            else (mesh_spacing.one, mesh.driver)
         )
         if name in tips:
-            lowest = mate.cut(tips[name]).form_roll_length
-            rolls.append(lowest - place.line_of_action)
-    least = math.hypot(ring.base_radius, max(rolls))
-    if least <= -default.radius:
-        return default
-    origin = f"tip_radius_mm = {shown(least / MM)} by default"
-    tip = ring.tip_of_radius(-least * (1.0 + FORM_MARGIN), origin)
-    why = "the flank that its cutter cuts ends there"
-    if max(rolls) > by_cutter:
-        why = "further in it would reach a fillet of its mate"
+            form_roll_length = mate.cut(tips[name]).form_roll_length
+            form_roll_lengths.append(form_roll_length - mesh_spacing.line_of_action)
+    least_radius = math.hypot(ring.base_radius, max(form_roll_lengths))
+    if least_radius <= -default_tip.radius:
+        return default_tip
+    origin = f"tip_radius_mm = {shown(least_radius / MM)} by default"
+    tip = ring.tip_of_radius(-least_radius * (1.0 + FORM_MARGIN), origin)
+    reason = "the flank that its cutter cuts ends there"
+    if max(form_roll_lengths) > cutter_roll_length:
+        reason = "further in it would reach a fillet of its mate"
     inference = (
         f'gear "{ring.entry.name}": tip_diameter_mm = {-2.0 * tip.radius / MM:.7g} '
-        f"instead of {-2.0 * default.radius / MM:.7g}; {why}"
+        f"instead of {-2.0 * default_tip.radius / MM:.7g}; {reason}"
     )
     return replace(tip, inference=inference)
 
 
 def _tip_of_contact_ratio(
     mesh: MeshEntry,
-    place: Spacing,
+    mesh_spacing: Spacing,
     tips: dict[str, Tip],
     blank: Blank,
     addendum: float,
@@ -232,61 +244,83 @@ def _tip_of_contact_ratio(
 ) -> Tip:
     """The tip of a gear that has none; tips : that are given."""
 
-    def of_radius(radius: float) -> float:
+    def contact_ratio_of_radius(radius: float) -> float:
         return _contact_ratio_of_addendum(
-            mesh, place, tips, blank.sign * radius - blank.reference_radius
+            mesh, mesh_spacing, tips, blank.sign * radius - blank.reference_radius
         )
 
     key = Key("mesh", mesh.label, ("contact_ratio",))
-    return Tip(blank.reference_radius + addendum, origin, key, of_radius, unit="")
+    return Tip(
+        blank.reference_radius + addendum, origin, key, contact_ratio_of_radius, unit=""
+    )
 
 
 def _contact_ratio_of_addendum(
-    mesh: MeshEntry, place: Spacing, tips: dict[str, Tip], addendum: float
+    mesh: MeshEntry, mesh_spacing: Spacing, tips: dict[str, Tip], addendum: float
 ) -> float:
     """Contact ratio with an addendum [m] of the gears without a tip."""
-    one, two = (
+    driver_radius, driven_radius = (
         tips[name].radius if name in tips else blank.reference_radius + addendum
-        for name, blank in ((mesh.driver, place.one), (mesh.driven, place.two))
+        for name, blank in (
+            (mesh.driver, mesh_spacing.one),
+            (mesh.driven, mesh_spacing.two),
+        )
     )
-    return place.contact_ratio(one, two)
+    return mesh_spacing.contact_ratio(driver_radius, driven_radius)
 
 
-def _equal_addendum(mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]) -> float:
+def _equal_addendum(
+    mesh: MeshEntry, mesh_spacing: Spacing, tips: dict[str, Tip]
+) -> float:
     """Addendum [m] of the gears without a tip that gives the contact ratio."""
-    wanted = require_present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
-    sides = (mesh.driver, place.one), (mesh.driven, place.two)
-    free = [blank for name, blank in sides if name not in tips]
+    contact_ratio = require_present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
+    gears_by_name = (mesh.driver, mesh_spacing.one), (mesh.driven, mesh_spacing.two)
+    gears_without_tip = [blank for name, blank in gears_by_name if name not in tips]
 
     def ratio(addendum: float) -> float:
-        return _contact_ratio_of_addendum(mesh, place, tips, addendum)
+        return _contact_ratio_of_addendum(mesh, mesh_spacing, tips, addendum)
 
     # the teeth of an internal gear reach to its base circle at most
-    to_base = [blank.base_radius - blank.reference_radius for blank in free]
-    inward = [way for blank, way in zip(free, to_base, strict=True) if blank.sign < 0]
-    lowest = min((way for way in to_base if way < 0.0), default=0.0)
-    highest = min([HIGHEST_ADDENDUM * place.one.module, *inward])
-    least, most = ratio(lowest), ratio(highest)
-    if not least < wanted < most:
+    base_addenda = [
+        blank.base_radius - blank.reference_radius for blank in gears_without_tip
+    ]
+    internal_addenda = [
+        base_addendum
+        for blank, base_addendum in zip(gears_without_tip, base_addenda, strict=True)
+        if blank.sign < 0
+    ]
+    lowest_addendum = min(
+        (base_addendum for base_addendum in base_addenda if base_addendum < 0.0),
+        default=0.0,
+    )
+    highest_addendum = min(
+        [HIGHEST_ADDENDUM * mesh_spacing.one.module, *internal_addenda]
+    )
+    least_ratio, most_ratio = ratio(lowest_addendum), ratio(highest_addendum)
+    if not least_ratio < contact_ratio < most_ratio:
         reason = f"which addenda up to {HIGHEST_ADDENDUM:g} modules give"
-        bound = Bound("must be below", most, reason)
-        if not least < wanted:
-            bound = Bound("must be above", max(0.0, least), reason)
+        bound = Bound("must be below", most_ratio, reason)
+        if not least_ratio < contact_ratio:
+            bound = Bound("must be above", max(0.0, least_ratio), reason)
         key = Key("mesh", mesh.label, ("contact_ratio",))
-        stated = f"{mesh.label}: contact_ratio = {shown(wanted)}"
-        raise Refusal(key, stated, bound)
-    return bisected(lambda addendum: ratio(addendum) < wanted, lowest, highest)
+        stated_ratio = f"{mesh.label}: contact_ratio = {shown(contact_ratio)}"
+        raise Refusal(key, stated_ratio, bound)
+    return bisected(
+        lambda addendum: ratio(addendum) < contact_ratio,
+        lowest_addendum,
+        highest_addendum,
+    )
 
 
 def _require_contact_ratio(
-    mesh: MeshEntry, place: Spacing, tips: dict[str, Tip]
+    mesh: MeshEntry, mesh_spacing: Spacing, tips: dict[str, Tip]
 ) -> None:
-    one, two = tips[mesh.driver], tips[mesh.driven]
-    ratio = place.contact_ratio(one.radius, two.radius)
-    wanted = require_present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
-    if not abs(ratio - wanted) <= CONTACT_RATIO_TOLERANCE:
+    driver_tip, driven_tip = tips[mesh.driver], tips[mesh.driven]
+    ratio = mesh_spacing.contact_ratio(driver_tip.radius, driven_tip.radius)
+    stated_ratio = require_present(mesh.contact_ratio, f"{mesh.label}: contact_ratio")
+    if not abs(ratio - stated_ratio) <= CONTACT_RATIO_TOLERANCE:
         raise InputError(
-            f"{mesh.label}: contact_ratio = {shown(wanted)}; the tips are "
-            f"fixed by {one.origin} and {two.origin}, which give {ratio:.6g}, "
-            f"it may differ by {CONTACT_RATIO_TOLERANCE:g}"
+            f"{mesh.label}: contact_ratio = {shown(stated_ratio)}; the tips are "
+            f"fixed by {driver_tip.origin} and {driven_tip.origin}, which give "
+            f"{ratio:.6g}, it may differ by {CONTACT_RATIO_TOLERANCE:g}"
         )

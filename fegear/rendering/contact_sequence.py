@@ -72,7 +72,7 @@ def contact_at_rest(
     """
     period = pair_periods(gear_set)[mesh]
     if not 0.0 <= position <= period:
-        raise InputError(f"position = {position:.12g}; allowed 0 to {period}")
+        raise InputError(f"position = {position:.12g}; must be 0 to {period}")
 
     def positions(count: int) -> list[float]:
         return [i / count for i in range(count)]
@@ -106,7 +106,7 @@ def contacts_of_set(
     """
     period = pair_periods(gear_set)[0]
     if not 0.0 <= position <= period:
-        raise InputError(f"position = {position:.12g}; allowed 0 to {period}")
+        raise InputError(f"position = {position:.12g}; must be 0 to {period}")
     length = 1.0 / min(map(float, train_of(gear_set, torque).mesh_rates))
 
     def cycle(count: int) -> list[SetMoment]:
@@ -126,7 +126,7 @@ def contacts_of_set(
         gear_set=gear_set,
         mesh=None,
         statics=statics,
-        title=f"{gear_set.name}, all meshes{_settings_text(statics)}",
+        title=f"{gear_set.name}, all meshes{_settings_text(gear_set, statics)}",
         film_title=film_title,
         still=SetMoment(position),
         samples=cycle(COLOUR_SCALE_POSITIONS),
@@ -175,9 +175,9 @@ def _title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
     spec = gear_set.meshes[mesh]
     driver, driven = (gear_set.gears[i].name for i in (spec.driver, spec.driven))
     title = f"{gear_set.name}, mesh {mesh + 1}: {driver} drives {driven}"
-    return title + _settings_text(statics)
+    return title + _settings_text(gear_set, statics)
 
 
-def _settings_text(statics: StaticsSettings) -> str:
+def _settings_text(gear_set: GearSet, statics: StaticsSettings) -> str:
     friction = f", friction {statics.friction:g}" if statics.friction else ""
-    return f", plane {statics.plane}{friction}"
+    return f", plane {statics.plane_of(gear_set)}{friction}"

@@ -77,7 +77,7 @@ class GearSetScene:
     def view(self, zoom: Zoom, aspect: float) -> View:
         """The view of all gears that are in mesh, which the zoom must be for."""
         if zoom != "set":
-            raise InputError(f"zoom = {zoom}; allowed set, for a whole gear set")
+            raise InputError(f"zoom = {zoom}; must be set, for a whole gear set")
         sides = [
             side
             for mesh in self.meshes

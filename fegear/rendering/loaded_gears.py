@@ -123,37 +123,39 @@ class LoadedGear:
         for side, count in zip(self.sides, self.counts, strict=True):
             for load in side.tooth_loads:
                 teeth.add(count.in_first(load.tooth))
-                moved = replace(load, tooth=load.tooth - count.shift)
-                loads[count.mirrored].append(moved)
+                shifted_load = replace(load, tooth=load.tooth - count.shift)
+                loads[count.mirrored].append(shifted_load)
         if view is not None:
-            half, mesh = body.sector.gear.teeth // 2, body.sector.mesh
+            half_teeth, mesh = body.sector.gear.teeth // 2, body.sector.mesh
             corners = mesh.points[np.unique(mesh.triangles[:, :3])]
             teeth |= {
                 tooth
-                for tooth in range(-half, body.sector.gear.teeth - half)
+                for tooth in range(-half_teeth, body.sector.gear.teeth - half_teeth)
                 if view.contains(self.first.frame(tooth).places(corners))
             }
         return body.sectors(loads[False], sorted(teeth), loads[True])
 
 
-def _tooth_count(first: MeshSide, other: MeshSide) -> ToothCount:
+def _tooth_count(first_side: MeshSide, other_side: MeshSide) -> ToothCount:
     """Compare the places of the teeth; InputError where these do not coincide."""
-    gear, scene = first.body.sector.gear, other.mesh.scene
-    turn = first.frame().turn.T @ other.frame().turn
-    mirrored = bool(np.linalg.det(turn) < 0.0)
-    if mirrored:
-        turn = turn @ np.diag(MIRROR)
-    pitches = math.atan2(turn[1, 0], turn[0, 0]) / gear.pitch_angle
-    pitches = -pitches if mirrored else pitches
-    apart = float(np.hypot(*(other.center - first.center))) / scene.module
-    if max(abs(pitches - round(pitches)), apart) > PLACE_TOL:
+    gear, scene = first_side.body.sector.gear, other_side.mesh.scene
+    rotation = first_side.frame().turn.T @ other_side.frame().turn
+    is_mirrored = bool(np.linalg.det(rotation) < 0.0)
+    if is_mirrored:
+        rotation = rotation @ np.diag(MIRROR)
+    pitches = math.atan2(rotation[1, 0], rotation[0, 0]) / gear.pitch_angle
+    pitches = -pitches if is_mirrored else pitches
+    center_distance = (
+        float(np.hypot(*(other_side.center - first_side.center))) / scene.module
+    )
+    if max(abs(pitches - round(pitches)), center_distance) > PLACE_TOL:
         raise InputError(
             f"{scene.name}, mesh of {' and '.join(scene.gear_names)}: its phase and "
-            f"centre line place {other.name} otherwise than the gear's other mesh "
+            f"centre line place {other_side.name} otherwise than the gear's other mesh "
             "does; allowed in pictures of a set are phases that follow from the centre "
             "lines"
         )
-    return ToothCount(gear.teeth, round(pitches), mirrored)
+    return ToothCount(gear.teeth, round(pitches), is_mirrored)
 
 
 def loaded_gears(

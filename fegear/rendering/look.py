@@ -111,56 +111,71 @@ def look_of(
     """Colours and scales that suit all of the fields; motion_scale None chooses."""
     gears = [gear for field in fields for gear in field.gears]
     if motion_scale is None:
-        largest = max(
-            np.hypot(*gear.motion[_seen(gear, view)].T).max() for gear in gears
+        largest_value = max(
+            np.hypot(*gear.motion[_is_in_view(gear, view)].T).max() for gear in gears
         )
-        drawn = min(DRAWN_MOTION * 2.0 * view.half_height, LARGEST_MOTION * module)
-        motion_scale = _round_down(drawn / float(largest))
-    touching = [field for field in fields if field.pairs]
-    most = [max(field.pairs, key=lambda pair: pair.load) for field in touching]
-    pressure = max((float(pair.pressure.max()) for pair in most), default=1.0)
+        drawn_motion = min(
+            DRAWN_MOTION * 2.0 * view.half_height, LARGEST_MOTION * module
+        )
+        motion_scale = _round_down_to_1_2_5(drawn_motion / float(largest_value))
+    fields_in_contact = [field for field in fields if field.pairs]
+    most_loaded_pairs = [
+        max(field.pairs, key=lambda pair: pair.load) for field in fields_in_contact
+    ]
+    pressure = max(
+        (float(pair.pressure.max()) for pair in most_loaded_pairs), default=1.0
+    )
     if shown == "pressure":
-        peaks = [float(p.pressure.max()) for f in touching for p in f.pairs]
-        largest = max(peaks, default=pressure)
+        peaks = [float(p.pressure.max()) for f in fields_in_contact for p in f.pairs]
+        largest_value = max(peaks, default=pressure)
         scale = COLOURS[shown].scale
-        limits = (0.0, scale * (largest if largest < CUT * pressure else pressure))
-        largest *= scale
+        limits = (
+            0.0,
+            scale * (largest_value if largest_value < CUT * pressure else pressure),
+        )
+        largest_value *= scale
     else:
-        limits, largest = _limits(gears, COLOURS[shown], view)
-    exact = len(fields) == 1
+        limits, largest_value = _colour_limits(gears, COLOURS[shown], view)
+    is_exact = len(fields) == 1
     force = None
     if shown != "pressure" and fields[0].is_gear_set:
         forces = [force.load for field in fields for force in mesh_forces(field.pairs)]
         force = max(forces, default=1.0)
     return RenderStyle(
-        shown, view, motion_scale, limits, largest, pressure, exact, force
+        shown, view, motion_scale, limits, largest_value, pressure, is_exact, force
     )
 
 
-def _limits(
+def _colour_limits(
     gears: Sequence[GearField], colours: Colours, view: View
 ) -> tuple[tuple[float, float], float]:
     """Range of the colours and the largest value in view."""
-    largest, fillet = 0.0, 0.0
+    largest_value, largest_in_fillet = 0.0, 0.0
     for gear in gears:
-        seen, values = (
-            _seen(gear, view),
+        is_in_view, values = (
+            _is_in_view(gear, view),
             colours.scale * getattr(gear, colours.quantity),
         )
-        largest = max(largest, float(values[seen].max()))
-        nodes = gear.fillet[seen[gear.fillet]]
-        fillet = max(fillet, float(values[nodes].max(initial=0.0)))
-    top = fillet if colours.clipped and fillet > 0.0 else largest
-    top = top or 1.0  # nothing is loaded
-    return (-top if colours.signed else 0.0, top), largest
+        largest_value = max(largest_value, float(values[is_in_view].max()))
+        nodes = gear.fillet[is_in_view[gear.fillet]]
+        largest_in_fillet = max(
+            largest_in_fillet, float(values[nodes].max(initial=0.0))
+        )
+    upper_limit = (
+        largest_in_fillet
+        if colours.clipped and largest_in_fillet > 0.0
+        else largest_value
+    )
+    upper_limit = upper_limit or 1.0  # nothing is loaded
+    return (-upper_limit if colours.signed else 0.0, upper_limit), largest_value
 
 
-def _seen(gear: GearField, view: View) -> NDArray[np.bool_]:
+def _is_in_view(gear: GearField, view: View) -> NDArray[np.bool_]:
     """Points (n,) that lie in the view."""
     return np.all(np.abs(gear.points - view.middle) < view.half, axis=1)
 
 
-def _round_down(value: float) -> float:
+def _round_down_to_1_2_5(value: float) -> float:
     """To 1, 2 or 5 times a power of ten, at least 1."""
     if not 1.0 < value < np.inf:
         return 1.0
@@ -181,20 +196,23 @@ def ribbon_of(
     Points (n, 2) [m], quadrilaterals (m, 4) and the pressure at the points (n,) [Pa].
     """
     points, faces, pressure = [], [], []
-    count = 0
-    full = look.ribbon * look.view.half_height
+    n_points = 0
+    full_height = look.ribbon * look.view.half_height
     for pair in pairs:
-        loaded = np.flatnonzero(pair.pressure > 0.0)
-        rows = slice(max(0, loaded[0] - 1), loaded[-1] + 2)
-        base, p = ribbon_base(pair, look)[rows], pair.pressure[rows]
-        height = full * np.minimum(p / look.pressure, CUT)
-        crest = base + height[:, None] * pair.normals[rows]
-        n = len(base)
-        i = count + np.arange(n - 1)
-        points += [base, crest]
+        loaded_indices = np.flatnonzero(pair.pressure > 0.0)
+        loaded_range = slice(max(0, loaded_indices[0] - 1), loaded_indices[-1] + 2)
+        base_points, p = (
+            ribbon_base(pair, look)[loaded_range],
+            pair.pressure[loaded_range],
+        )
+        height = full_height * np.minimum(p / look.pressure, CUT)
+        crest_points = base_points + height[:, None] * pair.normals[loaded_range]
+        n = len(base_points)
+        i = n_points + np.arange(n - 1)
+        points += [base_points, crest_points]
         faces.append(np.stack([i, i + 1, i + 1 + n, i + n], axis=1))
         pressure.append(np.tile(p, 2))
-        count += 2 * n
+        n_points += 2 * n
     if not points:
         return None
     return np.vstack(points), np.vstack(faces), np.concatenate(pressure)
@@ -223,10 +241,20 @@ class MeshForce:
         """Corners (7, 2) of an arrow, its tip in the middle."""
         length = ARROW * look.view.half_height * self.load / (look.force or self.load)
         along, across = self.direction, np.array([-1.0, 1.0]) * self.direction[::-1]
-        full = ARROW * look.view.half_height  # a small force has as wide an arrow
-        neck = max(length - HEAD_LENGTH * full, 0.0)
-        width, head = 0.5 * ARROW_WIDTH * full, 0.5 * HEAD_WIDTH * full
-        corners = [(0.0, width), (neck, width), (neck, head), (length, 0.0)]
+        full_length = (
+            ARROW * look.view.half_height
+        )  # a small force has as wide an arrow
+        neck_length = max(length - HEAD_LENGTH * full_length, 0.0)
+        half_width, half_head_width = (
+            0.5 * ARROW_WIDTH * full_length,
+            0.5 * HEAD_WIDTH * full_length,
+        )
+        corners = [
+            (0.0, half_width),
+            (neck_length, half_width),
+            (neck_length, half_head_width),
+            (length, 0.0),
+        ]
         corners += [(x, -y) for x, y in corners[2::-1]]
         return self.base(look) + [x * along + y * across for x, y in corners]
 
@@ -235,22 +263,22 @@ def mesh_forces(pairs: Sequence[PairField]) -> list[MeshForce]:
     """Resultant of each mesh with contact, in the order of the meshes."""
     forces = []
     for mesh in sorted({pair.mesh for pair in pairs}):
-        members = [pair for pair in pairs if pair.mesh == mesh]
-        weights = np.array([pair.load for pair in members])
+        mesh_pairs = [pair for pair in pairs if pair.mesh == mesh]
+        weights = np.array([pair.load for pair in mesh_pairs])
         weights /= weights.sum()
         direction = sum(
             weight * (pair.pressure @ pair.normals)
-            for weight, pair in zip(weights, members, strict=True)
+            for weight, pair in zip(weights, mesh_pairs, strict=True)
         )
-        tops = [int(pair.pressure.argmax()) for pair in members]
-        motions = [pair.motion[top] for pair, top in zip(members, tops, strict=True)]
+        tops = [int(pair.pressure.argmax()) for pair in mesh_pairs]
+        motions = [pair.motion[top] for pair, top in zip(mesh_pairs, tops, strict=True)]
         forces.append(
             MeshForce(
-                point=weights @ [pair.center for pair in members],
+                point=weights @ [pair.center for pair in mesh_pairs],
                 motion=weights @ motions,
                 direction=direction / np.hypot(*direction),
-                load=sum(pair.load for pair in members),
-                pressure=max(float(pair.pressure.max()) for pair in members),
+                load=sum(pair.load for pair in mesh_pairs),
+                pressure=max(float(pair.pressure.max()) for pair in mesh_pairs),
             )
         )
     return forces

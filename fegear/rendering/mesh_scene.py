@@ -79,7 +79,7 @@ class MeshScene:
         """What is to be seen; it does not depend on position or load."""
         pair, module = self.mesh.pair, self.mesh.pair.driver.module
         if zoom == "set":
-            raise InputError("zoom = set; allowed contact, tooth, gear, for one mesh")
+            raise InputError("zoom = set; must be contact, tooth or gear, for one mesh")
         if zoom == "gear":
             return view_of_gears(zip(self.centers, self.bodies, strict=True), aspect)
         ends = np.array([self._on_path(pair.path_start), self._on_path(pair.path_end)])

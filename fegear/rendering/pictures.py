@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 
 from fegear.boundary import public, require_mesh
+from fegear.figures.film import FILMS
 from fegear.files.errors import InputError
 from fegear.files.output import require_writable, write_text, write_whole
 from fegear.files.printable import printable
@@ -42,7 +43,6 @@ COLUMNS = (
     *("gear", "x_m", "y_m", "motion_x_m", "motion_y_m"),
     *("stress_xx_Pa", "stress_yy_Pa", "stress_xy_Pa", "von_mises_Pa"),
 )
-FILMS = (".gif", ".mp4")
 DRAWN = (".png", *FILMS)  # by VTK, which needs a window
 ENDINGS = (*DRAWN, ".html", ".vtu")
 WIDTH, FILM_WIDTH = 1920, 960  # pixels
@@ -87,7 +87,7 @@ class PictureSettings:
     def __post_init__(self) -> None:
         require_fields(self)
         if (self.width or 0) % 2:
-            raise ValueError(f"width must be an even number, got {self.width}")
+            raise ValueError(f"width = {self.width}; must be an even number")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -156,9 +156,9 @@ class StressResult(Result):
         """
         output = Path(path)
         require_drawable_file(output)
-        with _window(output):
-            usual: Zoom = "contact" if self.contact.mesh is not None else "set"
-            picture = picture or PictureSettings(zoom=usual)
+        with _drawing_context(output):
+            default_zoom: Zoom = "contact" if self.contact.mesh is not None else "set"
+            picture = picture or PictureSettings(zoom=default_zoom)
             Drawing(self.contact, self.scene, picture).write(output)
 
 
@@ -205,12 +205,12 @@ def solve_stress(
     require_mesh(gear_set, mesh)
     if not 0.0 < torque_on_driver < MAX_TORQUE:
         raise InputError(
-            f"torque_on_driver must be above 0 and below {MAX_TORQUE:g}, got "
-            f"{torque_on_driver:g}"
+            f"torque_on_driver = {torque_on_driver:g}; must be above 0 and below "
+            f"{MAX_TORQUE:g}"
         )
     if zoom == "set":
-        on_input = torque_on_driver / _torque_factor(gear_set, mesh)
-        contact = contacts_of_set(gear_set, on_input, position, settings)
+        torque_on_input = torque_on_driver / _torque_factor(gear_set, mesh)
+        contact = contacts_of_set(gear_set, torque_on_input, position, settings)
     else:
         contact = contact_at_rest(gear_set, mesh, torque_on_driver, position, settings)
     scene = contact.scene()
@@ -237,7 +237,7 @@ def draw_contact(
     Returns the largest values that it shows, of a film those of all its frames.
     """
     require_drawable_file(output)
-    with _window(output):
+    with _drawing_context(output):
         return Drawing(contact, contact.scene(report), picture).write(output, report)
 
 
@@ -249,7 +249,7 @@ def require_drawable_file(output: Path) -> None:
     require_writable(output)
 
 
-def _window(output: Path) -> AbstractContextManager[None]:
+def _drawing_context(output: Path) -> AbstractContextManager[None]:
     """What drawing needs, before anything is computed."""
     from fegear.rendering.headless import drawing_window
 
@@ -267,79 +267,83 @@ class Drawing:
     def write(self, output: Path, report: Progress = silent) -> PeaksInView:
         """Write the file whose ending says what it is; returns its largest values."""
         if output.suffix in FILMS:
-            return self._film(output, report)
+            return self._write_film(output, report)
         report("stress", 0, 2)
-        field = self._field(self.contact.still)
+        field = self._field_at(self.contact.still)
         report("picture", 1, 2)
         if output.suffix == ".vtu":
-            self._data(field, output)
+            self._write_data(field, output)
         elif output.suffix == ".html":
-            self._page(field, output)
+            self._write_page(field, output)
         else:
-            self._picture(field, output)
+            self._write_picture(field, output)
         peaks = PeaksInView()
         peaks.add(field)
         return peaks
 
-    def _picture(self, field: ContactField, output: Path) -> None:
+    def _write_picture(self, field: ContactField, output: Path) -> None:
         from fegear.figures.film import write_picture
         from fegear.rendering.scene import draw
 
-        look = self._look([field], self.picture.shown)
-        image = draw(field, look, printable(self.contact.title), self._size(WIDTH))
+        look = self._style_of_fields([field], self.picture.shown)
+        image = draw(
+            field, look, printable(self.contact.title), self._size_in_pixels(WIDTH)
+        )
         write_whole(output, lambda path: write_picture(image, path))
 
-    def _data(self, field: ContactField, output: Path) -> None:
+    def _write_data(self, field: ContactField, output: Path) -> None:
         from fegear.rendering.scene import write_vtu
 
         write_whole(output, lambda path: write_vtu(field, path))
 
-    def _page(self, field: ContactField, output: Path) -> None:
+    def _write_page(self, field: ContactField, output: Path) -> None:
         from fegear.rendering.viewer_page import page
 
-        first: Shown = self.picture.shown
-        every = dict.fromkeys((first, *get_args(Shown)))
-        looks = [self._look([field], shown) for shown in every]
+        first_quantity: Shown = self.picture.shown
+        quantities = dict.fromkeys((first_quantity, *get_args(Shown)))
+        looks = [self._style_of_fields([field], shown) for shown in quantities]
         write_text(output, page(field, looks, printable(self.contact.title)))
 
-    def _film(self, output: Path, report: Progress) -> PeaksInView:
+    def _write_film(self, output: Path, report: Progress) -> PeaksInView:
         """Colours and scales hold for all frames."""
         from fegear.figures.film import write_film
 
         report("colours", 0, 1)
-        samples = [self._field(moment) for moment in self.contact.samples]
-        look = self._look(samples, self.picture.shown)
+        sample_fields = [self._field_at(moment) for moment in self.contact.samples]
+        look = self._style_of_fields(sample_fields, self.picture.shown)
         peaks, colours = PeaksInView(), palette(look.shown)
-        images = self._images(look, peaks, report)
+        images = self._draw_frames(look, peaks, report)
         write_whole(output, lambda path: write_film(images, path, colours))
         return peaks
 
-    def _images(
+    def _draw_frames(
         self, look: RenderStyle, peaks: PeaksInView, report: Progress
     ) -> Iterator[Image]:
         """Every frame; its largest values go to the peaks."""
         from fegear.rendering.scene import draw
 
         title = printable(self.contact.title + self.contact.film_title)
-        count, size = self.picture.frames, self._size(FILM_WIDTH)
+        count, size = self.picture.frames, self._size_in_pixels(FILM_WIDTH)
         for i, moment in enumerate(self.contact.frames(count)):
             report("frames", i, count)
-            shown = self._field(moment)
-            peaks.add(shown)
-            yield draw(shown, look, title, size)
+            field = self._field_at(moment)
+            peaks.add(field)
+            yield draw(field, look, title, size)
 
     @property
     def _view(self) -> View:
         return self.scene.view(self.picture.zoom, picture_aspect())
 
-    def _field(self, moment: Any) -> ContactField:
+    def _field_at(self, moment: Any) -> ContactField:
         return self.contact.field(self.scene, moment, self._view)
 
-    def _look(self, fields: Sequence[ContactField], shown: Shown) -> RenderStyle:
+    def _style_of_fields(
+        self, fields: Sequence[ContactField], shown: Shown
+    ) -> RenderStyle:
         module, scale = self.scene.module, self.picture.motion_scale
         return look_of(fields, shown, self._view, module, scale)
 
-    def _size(self, usual: int) -> tuple[int, int]:
+    def _size_in_pixels(self, default_width: int) -> tuple[int, int]:
         """Sixteen to nine, in even numbers of pixels as films need them."""
-        width = self.picture.width or usual
+        width = self.picture.width or default_width
         return width, 2 * round(width * 9 / 32)

@@ -10,10 +10,10 @@ from typing import Any, cast, get_args
 
 import numpy as np
 
-from fegear.elasticity.material import Plane
 from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.gearset.model import GearSet
+from fegear.gearset.planes import Plane
 from lumped.common.array_types import Array
 from lumped.common.csv_text import parse_csv
 
@@ -21,7 +21,7 @@ Pair = tuple[int, bool]  # base pitches ahead of the reference pair, back flanks
 # of a column's range within which a cycle is the same as another
 REPETITION_RTOL = 1e-2
 MAX_FILM_CYCLES = 16  # mesh cycles, at most, of a film
-WHAT = "allowed are time histories that fegear dynamics writes"
+ALLOWED = "allowed are time histories that fegear dynamics writes"
 
 
 def mesh_force(loads: Mapping[Pair, Any]) -> Any:
@@ -70,11 +70,11 @@ class HistoryFile:
         try:
             return float(self.header.get(key, ""))
         except ValueError:
-            raise InputError(f"{self.path}: no number for {key!r}; {WHAT}") from None
+            raise InputError(f"{self.path}: no number for {key!r}; {ALLOWED}") from None
 
     def column(self, name: str) -> Array:
         if name not in self.columns:
-            raise InputError(f"{self.path}: column {name} is missing; {WHAT}")
+            raise InputError(f"{self.path}: column {name} is missing; {ALLOWED}")
         return self.columns[name]
 
     @property
@@ -82,7 +82,7 @@ class HistoryFile:
         """Plane state of the finite elements; files without it are of plane stress."""
         plane = self.header.get("plane", "stress")
         if plane not in get_args(Plane):
-            raise InputError(f"{self.path}: plane = {plane}; {WHAT}")
+            raise InputError(f"{self.path}: plane = {plane}; {ALLOWED}")
         return cast(Plane, plane)
 
     @property
@@ -126,15 +126,19 @@ class RecordedMotion:
     @property
     def cycles(self) -> int:
         """Mesh cycles after which the motion repeats."""
-        whole = max(1, round(self.rows * self.pitch))
-        for count in range(1, whole):
+        all_cycles = max(1, round(self.rows * self.pitch))
+        for count in range(1, all_cycles):
             shift = round(count / self.pitch)
-            exact = abs(shift * self.pitch - count) < 1e-6
-            if whole % count == 0 and exact and self._repeats(shift):
+            is_whole_shift = abs(shift * self.pitch - count) < 1e-6
+            if (
+                all_cycles % count == 0
+                and is_whole_shift
+                and self._repeats_after(shift)
+            ):
                 return count
-        return whole
+        return all_cycles
 
-    def _repeats(self, shift: int) -> bool:
+    def _repeats_after(self, shift: int) -> bool:
         return all(
             np.ptp(values) == 0.0
             or np.abs(values[shift:] - values[:-shift]).max()
@@ -172,26 +176,37 @@ class RecordedMotion:
     def at(self, row: float) -> Instant:
         """Between two rows, linearly; row is from 0 to below `rows`."""
         row = row % self.rows
-        low = min(int(row), self.rows - 1)
-        part, position = row - low, self._position(row)
+        row_before = min(int(row), self.rows - 1)
+        fraction, position = row - row_before, self._mesh_position(row)
         # pairs are renumbered where the next row begins a new cycle
-        passed = int(self._position(low + 1) < self._position(low))
+        passed_cycles = int(
+            self._mesh_position(row_before + 1) < self._mesh_position(row_before)
+        )
         loads = {}
-        for pair, back in self.loads:
-            here = self.loads[pair, back][low]
-            after = self.loads.get((pair + passed, back))
-            there = 0.0 if after is None else after[low + 1]
-            loads[pair, back] = float((1.0 - part) * here + part * there)
+        for pair, is_back in self.loads:
+            load_before = self.loads[pair, is_back][row_before]
+            loads_of_renumbered = self.loads.get((pair + passed_cycles, is_back))
+            load_after = (
+                0.0
+                if loads_of_renumbered is None
+                else loads_of_renumbered[row_before + 1]
+            )
+            loads[pair, is_back] = float(
+                (1.0 - fraction) * load_before + fraction * load_after
+            )
         return Instant(
             frequency=self.frequency,
             direction=self.direction,
             time=float(np.interp(row, np.arange(self.time.size), self.time)),
             position=position,
-            ste=float((1.0 - part) * self.ste[low] + part * self.ste[low + 1]),
+            ste=float(
+                (1.0 - fraction) * self.ste[row_before]
+                + fraction * self.ste[row_before + 1]
+            ),
             loads={pair: load for pair, load in loads.items() if load > 0.0},
         )
 
-    def _position(self, row: float) -> float:
+    def _mesh_position(self, row: float) -> float:
         cycles = row * self.pitch
         return max(0.0, cycles - np.floor(cycles + 1e-9))
 
@@ -203,17 +218,17 @@ def read_history(path: Path) -> HistoryFile:
         contents = parse_csv(text, str(path))
         table = np.array([list(map(float, row)) for row in contents.rows.values()])
     except ValueError as error:
-        message = f"{path}: is no history of a motion, {error}; {WHAT}"
+        message = f"{path}: is no history of a motion, {error}; {ALLOWED}"
         raise InputError(message) from None
     if (
         "gear set" not in contents.header
         or len(table) < 2
         or contents.names[0] != "time_s"
     ):
-        raise InputError(f"{path}: is no history of a motion; {WHAT}")
+        raise InputError(f"{path}: is no history of a motion; {ALLOWED}")
     if not np.isfinite(table).all():
         column = contents.names[int(np.argwhere(~np.isfinite(table))[0, 1])]
-        raise InputError(f"{path}: {column} has values that are not finite; {WHAT}")
+        raise InputError(f"{path}: {column} has values that are not finite; {ALLOWED}")
     return HistoryFile(
         path, contents.header, dict(zip(contents.names, table.T, strict=True))
     )
@@ -224,20 +239,21 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
 
     Raises InputError where the file is of another set or damaged.
     """
-    _require_set(file, gear_set)
+    _require_same_gear_set(file, gear_set)
     prefix = f"mesh{mesh + 1}"
     time, position = file.column("time_s"), file.column(f"{prefix}_position")
     pitch = float(position[1] - position[0])
-    passed = pitch * np.arange(time.size)
-    off = np.abs(np.remainder(position - passed + 0.5, 1.0) - 0.5)
+    expected_cycles = pitch * np.arange(time.size)
+    deviation = np.abs(np.remainder(position - expected_cycles + 0.5, 1.0) - 0.5)
     steps = np.diff(time)
-    if not (pitch > 0.0 and off.max() < 1e-6 and np.ptp(steps) < 1e-6 * time[-1]):
+    if not (pitch > 0.0 and deviation.max() < 1e-6 and np.ptp(steps) < 1e-6 * time[-1]):
         raise InputError(
-            f"{file.path}: times or positions are not in equal steps; {WHAT}"
+            f"{file.path}: times or positions are not in equal steps; {ALLOWED}"
         )
     if pitch * time.size < 1.0 - 1e-6:
         raise InputError(
-            f"{file.path}: ends after {pitch * time.size:.2f} of a mesh cycle; {WHAT}"
+            f"{file.path}: ends after {pitch * time.size:.2f} of a mesh cycle; "
+            f"{ALLOWED}"
         )
     pattern = re.compile(rf"{prefix}_(pair|back)(-?\d+)_load_N")
     matches = [(pattern.fullmatch(name), name) for name in file.columns]
@@ -248,7 +264,7 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
     }
     if not loads:
         raise InputError(
-            f"{file.path}: column {prefix}_pair0_load_N is missing; {WHAT}"
+            f"{file.path}: column {prefix}_pair0_load_N is missing; {ALLOWED}"
         )
     return RecordedMotion(
         source=file.path,
@@ -265,7 +281,7 @@ def mesh_motion(file: HistoryFile, gear_set: GearSet, mesh: int) -> RecordedMoti
     )
 
 
-def _require_set(file: HistoryFile, gear_set: GearSet) -> None:
+def _require_same_gear_set(file: HistoryFile, gear_set: GearSet) -> None:
     from fegear.dynamics.history import gear_words
 
     name = file.header["gear set"]
@@ -274,14 +290,14 @@ def _require_set(file: HistoryFile, gear_set: GearSet) -> None:
             f"{file.path}: is of gear set {name}; allowed are histories of "
             f"{gear_set.name}"
         )
-    moving = {
+    gears_of_file = {
         column.removesuffix("_rotation_rad")
         for column in file.columns
         if column.endswith("_rotation_rad")
     }
     labels = gear_words(gear_set)
-    if moving != set(labels):
+    if gears_of_file != set(labels):
         raise InputError(
-            f"{file.path}: is of the gears {', '.join(sorted(moving))}; allowed are "
-            f"histories of {', '.join(labels)}"
+            f"{file.path}: is of the gears {', '.join(sorted(gears_of_file))}; allowed "
+            f"are histories of {', '.join(labels)}"
         )

@@ -26,7 +26,7 @@ from fegear.elasticity.body_stress import (
     point_loads,
 )
 from fegear.elasticity.flank import SectorLoads, flamant_loads, ring_fields
-from fegear.elasticity.hats import hat_displacement
+from fegear.elasticity.halfplane import hat_displacement
 from fegear.elasticity.sector import CyclicSector
 from lumped.common.array_types import Array, Indices
 from meshes.profile import flank_frame
@@ -49,7 +49,7 @@ def shape_functions(places: Array) -> tuple[Array, Array]:
     return np.stack(values, -1), np.moveaxis(np.stack(slopes), (0, 1), (-2, -1))
 
 
-def _children() -> Array:
+def _shapes_of_quarters() -> Array:
     """(4, 6, 6) from the values at a triangle's nodes to those of its quarters."""
     nodes = TRIANGLE.doflocs
     corners = nodes[np.array(CHILD_CORNERS)]  # (4, 3, 2)
@@ -80,36 +80,42 @@ class LoadableGear:
         back_loads : on left flanks. They are seen in the mirror of the axis of tooth 0,
             where these flanks are the right ones and teeth count the other way.
         """
-        wanted = list(teeth)
-        smooth = self._smooth(loads, wanted)
+        teeth_list = list(teeth)
+        smooth_states = self._smooth_states(loads, teeth_list)
         if back_loads:
-            mirrored = self._smooth(back_loads, [-tooth for tooth in wanted])
-            smooth = [
-                one + self._in_mirror(other)
-                for one, other in zip(smooth, mirrored, strict=True)
+            mirrored_states = self._smooth_states(
+                back_loads, [-tooth for tooth in teeth_list]
+            )
+            smooth_states = [
+                smooth_state + self._mirror_state(mirrored_state)
+                for smooth_state, mirrored_state in zip(
+                    smooth_states, mirrored_states, strict=True
+                )
             ]
         return [
             SectorField(
                 self,
                 tooth,
                 state,
-                self._on_tooth(loads, tooth),
-                self._on_tooth(back_loads, -tooth),
+                self._loads_on_tooth(loads, tooth),
+                self._loads_on_tooth(back_loads, -tooth),
             )
-            for tooth, state in zip(wanted, smooth, strict=True)
+            for tooth, state in zip(teeth_list, smooth_states, strict=True)
         ]
 
-    def _smooth(self, loads: Sequence[ToothLoad], teeth: Sequence[int]) -> list[Array]:
+    def _smooth_states(
+        self, loads: Sequence[ToothLoad], teeth: Sequence[int]
+    ) -> list[Array]:
         """Remainder (nodes, 5) in each of the sectors, the sum over the loads."""
-        total = np.zeros((len(teeth), self.sector.basis.N))
+        total_fields = np.zeros((len(teeth), self.sector.basis.N))
         for load in loads:
-            apart = [self._apart(tooth, load.tooth) for tooth in teeth]
-            fields = ring_fields(self.sector, self._smooth_loads(load), apart)
-            for row, offset in zip(total, apart, strict=True):
+            teeth_apart = [self._teeth_apart(tooth, load.tooth) for tooth in teeth]
+            fields = ring_fields(self.sector, self._smooth_loads(load), teeth_apart)
+            for row, offset in zip(total_fields, teeth_apart, strict=True):
                 row += fields[offset][:, 0]
-        return [self._state(field) for field in total]
+        return [self._nodal_state(field) for field in total_fields]
 
-    def _in_mirror(self, state: Array) -> Array:
+    def _mirror_state(self, state: Array) -> Array:
         """A state at the nodes (nodes, 5), reflected at the tooth's axis."""
         nodes, weights = self._mirrored_nodes
         return MIRROR_STATE * np.einsum("pi,pic->pc", weights, state[nodes])
@@ -123,30 +129,44 @@ class LoadableGear:
         images = np.array_split(
             MIRROR * mesh.points, 1 + len(mesh.points) // MAX_LOCATED
         )
-        located = [_located(mesh.points[mesh.triangles], part) for part in images]
-        element, weights = (np.concatenate(part) for part in zip(*located, strict=True))
+        elements_and_weights = [
+            _locate_elements(mesh.points[mesh.triangles], image_points)
+            for image_points in images
+        ]
+        element, weights = (
+            np.concatenate(image_points)
+            for image_points in zip(*elements_and_weights, strict=True)
+        )
         return mesh.triangles[element], weights
 
-    def _apart(self, tooth: int, other: int) -> int:
+    def _teeth_apart(self, tooth: int, other: int) -> int:
         teeth = self.sector.gear.teeth
         return (tooth - other + teeth // 2) % teeth - teeth // 2
 
-    def _on_tooth(
+    def _loads_on_tooth(
         self, loads: Sequence[ToothLoad], tooth: int
     ) -> tuple[ToothLoad, ...]:
-        return tuple(load for load in loads if self._apart(tooth, load.tooth) == 0)
+        return tuple(
+            load for load in loads if self._teeth_apart(tooth, load.tooth) == 0
+        )
 
     def _smooth_loads(self, load: ToothLoad) -> SectorLoads:
         """What drives the remainder under one tooth's load, in a single column."""
-        parts = []
-        for angle, unit in zip((0.0, ROOTWARD), self.unit_loads, strict=False):
+        weighted_loads = []
+        for angle, unit_loads in zip((0.0, ROOTWARD), self.unit_loads, strict=False):
             weights = point_loads(self.sector, load, angle)[:, None]
-            parts.append(
-                (unit.force @ weights, unit.hub @ weights, unit.jump @ weights)
+            weighted_loads.append(
+                (
+                    unit_loads.force @ weights,
+                    unit_loads.hub @ weights,
+                    unit_loads.jump @ weights,
+                )
             )
-        return SectorLoads(*(sum(column) for column in zip(*parts, strict=True)))
+        return SectorLoads(
+            *(sum(column) for column in zip(*weighted_loads, strict=True))
+        )
 
-    def _state(self, field: Array) -> Array:
+    def _nodal_state(self, field: Array) -> Array:
         stress = (self.stress @ field).reshape(3, -1).T
         return np.hstack([field[self.sector.node_dofs], stress])
 
@@ -176,19 +196,19 @@ class SectorField:
     def at(self, points: Array) -> Array:
         """State (n, 5) at points (n, 2) of the sector, exact near the contact."""
         mesh = self.body.sector.mesh
-        element, weights = _located(mesh.points[mesh.triangles], points)
+        element, weights = _locate_elements(mesh.points[mesh.triangles], points)
         smooth = np.einsum("pi,pic->pc", weights, self.smooth[mesh.triangles[element]])
         return smooth + self.local(points)
 
     def local(self, points: Array) -> Array:
         """The half-plane state (n, 5) of the tooth's own loads; zeros without any."""
-        state = self._half_plane(points, self.loads)
+        state = self._half_plane_state(points, self.loads)
         if self.back_loads:
-            back = self._half_plane(MIRROR * points, self.back_loads)
-            state += MIRROR_STATE * back
+            back_state = self._half_plane_state(MIRROR * points, self.back_loads)
+            state += MIRROR_STATE * back_state
         return state
 
-    def _half_plane(self, points: Array, loads: Sequence[ToothLoad]) -> Array:
+    def _half_plane_state(self, points: Array, loads: Sequence[ToothLoad]) -> Array:
         """State (n, 5) of loads on the right flank."""
         state, gear = np.zeros((len(points), 5)), self.body.sector.gear
         moduli = self.body.sector.material.modulus, self.body.sector.material.poisson
@@ -197,9 +217,9 @@ class SectorField:
             frame = flank_frame(gear, load.arcs)
             for x, n, *forces in zip(*frame, load.normal, load.rootward, strict=True):
                 if any(forces):
-                    pair = (forces[0], forces[1])
+                    force = (forces[0], forces[1])
                     state[:, :2] += hat_displacement(
-                        points, x, n, load.step, pair, moduli
+                        points, x, n, load.step, force, moduli
                     )
         return state
 
@@ -215,52 +235,54 @@ class SectorField:
         places, state = mesh.points, self.smooth
         triangles = mesh.triangles
         if self.loads or self.back_loads:
-            everything = np.hstack([places, state])
-            everything, triangles = _refined(
-                everything, triangles, *self._focus(finest)
+            places_and_state = np.hstack([places, state])
+            places_and_state, triangles = _refine_triangles(
+                places_and_state, triangles, *self._refinement_focus(finest)
             )
-            places, state = everything[:, :2], everything[:, 2:]
+            places, state = places_and_state[:, :2], places_and_state[:, 2:]
         return places, triangles, state + self.local(places)
 
     def nearness(self, points: Array) -> Array:
         """From 1 at points (n, 2) beside a contact to 0 far from all (n,)."""
         if not (self.loads or self.back_loads):
             return np.zeros(len(points))
-        apart = cKDTree(self._focus(0.0)[0]).query(points)[0]
+        distance = cKDTree(self._refinement_focus(0.0)[0]).query(points)[0]
         reach = PLANE_STRAIN_REACH * self.body.sector.gear.module
-        return np.asarray(np.exp(-((apart / reach) ** 4)))
+        return np.asarray(np.exp(-((distance / reach) ** 4)))
 
-    def _focus(self, finest: float) -> tuple[Array, float]:
+    def _refinement_focus(self, finest: float) -> tuple[Array, float]:
         """Points that carry load, and the size of the smallest triangles [m]."""
-        focus = [
+        loaded_points = [
             side * flank_frame(self.body.sector.gear, load.arcs[load.normal != 0.0])[0]
             for side, loads in ((np.ones(2), self.loads), (MIRROR, self.back_loads))
             for load in loads
         ]
         steps = [load.step for load in (*self.loads, *self.back_loads)]
-        return np.vstack(focus), max(2.0 * min(steps), finest)
+        return np.vstack(loaded_points), max(2.0 * min(steps), finest)
 
 
-def _refined(
+def _refine_triangles(
     values: Array, triangles: Indices, focus: Array, finest: float
 ) -> tuple[Array, Indices]:
     """Nodal values (n, c), whose first two are the place, on a locally finer mesh."""
-    tree, quarters = cKDTree(focus), _children()
+    focus_tree, quarter_shapes = cKDTree(focus), _shapes_of_quarters()
     for _ in range(10):
         corners = values[triangles[:, :3], :2]
         size = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-        distance = tree.query(corners.mean(axis=1))[0]
-        coarse = size > np.maximum(finest, 0.4 * distance)
-        if not coarse.any():
+        distance = focus_tree.query(corners.mean(axis=1))[0]
+        is_coarse = size > np.maximum(finest, 0.4 * distance)
+        if not is_coarse.any():
             break
-        new = np.einsum("kij,tjc->tkic", quarters, values[triangles[coarse]])
-        fresh = len(values) + np.arange(new[..., 0].size).reshape(-1, 6)
-        values = np.vstack([values, new.reshape(-1, values.shape[1])])
-        triangles = np.vstack([triangles[~coarse], fresh])
+        new_values = np.einsum(
+            "kij,tjc->tkic", quarter_shapes, values[triangles[is_coarse]]
+        )
+        new_triangles = len(values) + np.arange(new_values[..., 0].size).reshape(-1, 6)
+        values = np.vstack([values, new_values.reshape(-1, values.shape[1])])
+        triangles = np.vstack([triangles[~is_coarse], new_triangles])
     return values, triangles
 
 
-def _located(elements: Array, points: Array) -> tuple[Indices, Array]:
+def _locate_elements(elements: Array, points: Array) -> tuple[Indices, Array]:
     """Element (p,) around each point and its shape values there (p, 6).
 
     elements : (m, 6, 2) node places. Newton's method for the curved map; a point
@@ -275,12 +297,14 @@ def _located(elements: Array, points: Array) -> tuple[Indices, Array]:
     reference_point = np.full((*candidates.shape, 2), 1.0 / 3.0)
     for _ in range(8):
         values, slopes = shape_functions(reference_point)
-        missing = points[:, None] - np.einsum("pki,pkic->pkc", values, nodes)
+        residual = points[:, None] - np.einsum("pki,pkic->pkc", values, nodes)
         jacobian = np.einsum("pkic,pkid->pkcd", nodes, slopes)
-        step = np.linalg.solve(jacobian, missing[..., None])[..., 0]
+        step = np.linalg.solve(jacobian, residual[..., None])[..., 0]
         reference_point = np.clip(reference_point + np.clip(step, -1.0, 1.0), -3.0, 3.0)
-    inside = np.minimum(
+    depth_inside = np.minimum(
         reference_point.min(axis=-1), 1.0 - reference_point.sum(axis=-1)
     )
-    best, rows = inside.argmax(axis=1), np.arange(len(points))
-    return candidates[rows, best], shape_functions(reference_point[rows, best])[0]
+    best_candidate, rows = depth_inside.argmax(axis=1), np.arange(len(points))
+    return candidates[rows, best_candidate], shape_functions(
+        reference_point[rows, best_candidate]
+    )[0]

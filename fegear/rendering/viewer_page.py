@@ -25,8 +25,8 @@ from fegear.rendering.labels import legend, pair_text, state_words
 from fegear.rendering.look import COLOURS, RenderStyle, palette, ribbon_base, ribbon_of
 from lumped.common.array_types import Array, Indices
 from lumped.common.checks import require_present
+from lumped.common.units import TO_MM
 
-MM = 1e3
 QUARTERS = ([0, 3, 5], [3, 1, 4], [5, 4, 2], [3, 4, 5])  # of a six-node triangle
 N_COLOURS = 200  # colours of a palette that are the map's
 MIN_NODES_OF_CORNERS = 150_000  # nodes, from which on corners alone are drawn
@@ -102,12 +102,14 @@ def _data(field: ContactField, looks: Sequence[RenderStyle]) -> dict[str, Any]:
     return {
         "names": [gear.name for gear in field.gears],
         "starts": plain.starts,
-        "center": (MM * view.middle).tolist(),
-        "half": MM * view.half_height,
+        "center": (TO_MM * view.middle).tolist(),
+        "half": TO_MM * view.half_height,
         "aspect": view.aspect,
         "scale": look.motion_scale,
-        "points": _floats(MM * (field.of_gears("points")[plain.nodes] - view.middle)),
-        "motion": _rough(MM * field.of_gears("motion")[plain.nodes]),
+        "points": _floats(
+            TO_MM * (field.of_gears("points")[plain.nodes] - view.middle)
+        ),
+        "motion": _rough(TO_MM * field.of_gears("motion")[plain.nodes]),
         "triangles": _indices(plain.triangles),
         "outline": _indices(plain.lines),
         "fields": [_field(field, plain, style) for style in looks],
@@ -127,7 +129,7 @@ def _field(field: ContactField, plain: LinearMesh, look: RenderStyle) -> dict[st
         "unit": colours.unit,
         "limits": look.limits,
         "notes": " ".join(legend(look)[1]),
-        "ribbon": MM * look.ribbon * look.view.half_height,
+        "ribbon": TO_MM * look.ribbon * look.view.half_height,
         "palette": _text(palette(look.shown)[:N_COLOURS].tobytes()),
         "values": _rough(values),
     }
@@ -149,8 +151,8 @@ def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> dict[str, str]:
         base[quad[2:]] = points[quad[1::-1]]
     full = look.ribbon * look.view.half_height
     return {
-        "points": _floats(MM * (base - look.view.middle)),
-        "motion": _floats(MM * (moved[0] - points)),
+        "points": _floats(TO_MM * (base - look.view.middle)),
+        "motion": _floats(TO_MM * (moved[0] - points)),
         "crest": _floats((points - base) / full),
         "values": _floats(1e-6 * pressure),
         "triangles": _indices(faces[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)),
@@ -166,8 +168,8 @@ def _loads(pairs: Sequence[PairField], look: RenderStyle) -> list[dict[str, Any]
         labels.append(
             {
                 "text": pair_text(pair),
-                "at": (MM * at).tolist(),
-                "motion": (MM * pair.motion[top]).tolist(),
+                "at": (TO_MM * at).tolist(),
+                "motion": (TO_MM * pair.motion[top]).tolist(),
                 "crest": pair.normals[top].tolist(),
             }
         )
@@ -175,7 +177,7 @@ def _loads(pairs: Sequence[PairField], look: RenderStyle) -> list[dict[str, Any]
 
 
 def _names(field: ContactField, look: RenderStyle) -> list[dict[str, Any]]:
-    places = [MM * (gear.center - look.view.middle) for gear in field.gears]
+    places = [TO_MM * (gear.center - look.view.middle) for gear in field.gears]
     return [
         {"text": gear.name, "at": place.tolist(), "motion": [0, 0]}
         for gear, place in zip(field.gears, places, strict=True)

@@ -19,8 +19,8 @@ from fegear.gearset.pitch_errors import (
     without_pitch_errors,
 )
 from fegear.gearset.unmodified import has_faults, unmodified, without_relief
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.gap_points import gap_points
-from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import MeshExcitation
 from lumped.train.excitation_tables import excitation_from_table, repeat_table
@@ -48,21 +48,21 @@ class ExcitationSource(Protocol):
 class Excitations:
     """Excitations of gear sets' meshes; the tables used last are solved once each."""
 
-    source: StiffnessSource = field(default_factory=StiffnessSource)
+    settings: ExcitationSettings = field(default_factory=ExcitationSettings)
     _results: dict[tuple[object, ...], StaticsResult] = field(default_factory=dict)
 
     @property
     def statics(self) -> StaticsSettings:
         """How the finite elements solve a table."""
-        return self.source.statics
+        return self.settings.statics
 
     def mesh_excitation(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
         """Excitation of a mesh by its index, at a torque on its driver [N m]."""
-        if self.source.kind == "fe":
-            return self._from_tables(gear_set, mesh, torque, model)
-        return self._from_figures(gear_set, mesh, torque, model)
+        if self.settings.kind == "fe":
+            return self._excitation_from_tables(gear_set, mesh, torque, model)
+        return self._excitation_from_figures(gear_set, mesh, torque, model)
 
     def mean_stiffness(self, gear_set: GearSet, mesh: int, torque: float) -> float:
         """The gear set's own figure [N/m], or the mean of the unmodified teeth."""
@@ -77,9 +77,9 @@ class Excitations:
 
         With pitch errors or faults it continues until the tooth pairs repeat.
         """
-        return self._statics_of(gear_set, mesh, torque).table
+        return self._statics_result(gear_set, mesh, torque).table
 
-    def _statics_of(
+    def _statics_result(
         self, gear_set: GearSet, mesh: int, torque: float, positions: int | None = None
     ) -> StaticsResult:
         """Statics of a mesh; positions : of a base pitch, if not as usual."""
@@ -87,19 +87,21 @@ class Excitations:
         errors = mesh_errors(gear_set, mesh)
         gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
         flanks = spec.flanks
-        settings = self.source.statics_of(gear_set, mesh)
+        settings = self.settings.statics_of(gear_set, mesh)
         settings = replace(settings, positions=positions or settings.positions)
-        place = _place_of(gear_set, mesh) if has_faults(gear_set, mesh) else None
-        key = (spec.pair, gears, flanks, errors, torque, settings.positions, place)
+        placement = (
+            _mesh_placement(gear_set, mesh) if has_faults(gear_set, mesh) else None
+        )
+        key = (spec.pair, gears, flanks, errors, torque, settings.positions, placement)
         result = self._results.pop(key, None)
         if result is None:
-            result = self._solved(gear_set, mesh, torque, settings)
+            result = self._solve_statics(gear_set, mesh, torque, settings)
         self._results[key] = result  # the one used last is the last to be dropped
         while len(self._results) > MAX_TABLES:
             del self._results[next(iter(self._results))]
         return result
 
-    def _solved(
+    def _solve_statics(
         self, gear_set: GearSet, mesh: int, torque: float, settings: StaticsSettings
     ) -> StaticsResult:
         from fegear.statics.solving import solve_mesh
@@ -111,63 +113,75 @@ class Excitations:
             )
         return solve_mesh(gear_set, mesh, [torque], settings)
 
-    def _from_tables(
+    def _excitation_from_tables(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
         if model == 1:
-            return self._of_pairs(gear_set, mesh, torque)
+            return self._excitation_of_pairs(gear_set, mesh, torque)
         table = self.table(gear_set, mesh, torque)
         # pairs that differ share less of the load: the stiffness of Model-3 varies
-        plain = (without_relief if model == 3 else unmodified)(gear_set, mesh)
-        stiffness = self.table(plain, mesh, torque)
+        plain_set = (without_relief if model == 3 else unmodified)(gear_set, mesh)
+        stiffness = self.table(plain_set, mesh, torque)
         return excitation_from_table(table, torque, model, stiffness)
 
-    def _of_pairs(self, gear_set: GearSet, mesh: int, torque: float) -> MeshExcitation:
+    def _excitation_of_pairs(
+        self, gear_set: GearSet, mesh: int, torque: float
+    ) -> MeshExcitation:
         """Model-1 from tables without pitch errors, with and without relief.
 
         With pitch errors, a pair that protrudes touches earlier and later than equal
         teeth would, as they do at a torque that presses them on by as much.
         """
-        equal = without_pitch_errors(gear_set)
-        plain = without_faults(without_relief(equal, mesh), GAP_FAULTS)
-        solved = self._statics_of(equal, mesh, torque)
-        stiffness = self._repeated(plain, mesh, torque, solved)
+        set_without_errors = without_pitch_errors(gear_set)
+        plain_set = without_faults(without_relief(set_without_errors, mesh), GAP_FAULTS)
+        statics_result = self._statics_result(set_without_errors, mesh, torque)
+        stiffness = self._repeated_table(plain_set, mesh, torque, statics_result)
         errors = tooth_pair_errors(gear_set, mesh)
         if errors.size:
             arm = gear_set.meshes[mesh].pair.driver_arm
-            mean = stiffness[STIFFNESS].mean()
-            press = 0.5 * arm * float(mean * np.ptp(errors))
-            wide = self._repeated(plain, mesh, torque + press, solved)
-            stiffness = _widened(stiffness, wide)
+            mean_stiffness = stiffness[STIFFNESS].mean()
+            pressing_torque = 0.5 * arm * float(mean_stiffness * np.ptp(errors))
+            stiffness_at_more_torque = self._repeated_table(
+                plain_set, mesh, torque + pressing_torque, statics_result
+            )
+            stiffness = _widen_loaded_range(stiffness, stiffness_at_more_torque)
         # unmodified teeth may touch where those with relief carry no load
-        table = _with_gaps(solved, pair_teeth(stiffness))
-        relieved = any(f.is_modified for f in gear_set.meshes[mesh].flanks)
-        relieved |= has_faults(gear_set, mesh, GAP_FAULTS)
-        how = self.source.relief_stiffness if relieved else "unmodified"
-        return excitation_from_table(table, torque, 1, stiffness, errors, how)
+        table = _with_gaps(statics_result, pair_teeth(stiffness))
+        is_relieved = any(f.is_modified for f in gear_set.meshes[mesh].flanks)
+        is_relieved |= has_faults(gear_set, mesh, GAP_FAULTS)
+        relief_stiffness = (
+            self.settings.relief_stiffness if is_relieved else "unmodified"
+        )
+        return excitation_from_table(
+            table, torque, 1, stiffness, errors, relief_stiffness
+        )
 
-    def _repeated(
-        self, plain: GearSet, mesh: int, torque: float, like: StaticsResult
+    def _repeated_table(
+        self,
+        plain_set: GearSet,
+        mesh: int,
+        torque: float,
+        repeated_result: StaticsResult,
     ) -> MeshTable:
         """Table at the positions of another, whose tooth pairs repeat later."""
-        positions = like.table.position.size // like.pitches
-        table = self._statics_of(plain, mesh, torque, positions).table
-        return repeat_table(table, like.table.position)
+        positions = repeated_result.table.position.size // repeated_result.pitches
+        table = self._statics_result(plain_set, mesh, torque, positions).table
+        return repeat_table(table, repeated_result.table.position)
 
-    def _from_figures(
+    def _excitation_from_figures(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
-        require_no_faults(gear_set, FAULT_KINDS, f"{self.source.kind} stiffness")
+        require_no_faults(gear_set, FAULT_KINDS, f"{self.settings.kind} stiffness")
         spec = gear_set.meshes[mesh]
         figures = self.figures(gear_set, mesh, torque)
         force = torque / spec.pair.driver_arm
-        harmonics = self.source.harmonics if self.source.kind == "fourier" else None
+        harmonics = self.settings.harmonics if self.settings.kind == "fourier" else None
         gap, errors = gap_points(spec), tooth_pair_errors(gear_set, mesh)
-        for feature, there in (
+        for feature, entries in (
             ("a profile modification", gap),
             ("pitch errors", errors),
         ):
-            if harmonics and len(there):
+            if harmonics and len(entries):
                 raise InputError(
                     f"mesh {mesh + 1} has {feature}; excitation fourier "
                     "represents the complete mesh and has none"
@@ -194,56 +208,73 @@ class Excitations:
                 contact_ratio=pair.contact_ratio,
                 approach=-pair.path[0],
                 load_share=0.5 if spec.load_share is None else spec.load_share,
-                ramp=self.source.ramp if self.source.kind == "trapezoid" else 0.0,
+                ramp=self.settings.ramp if self.settings.kind == "trapezoid" else 0.0,
             )
         except ValueError as error:
             raise InputError(f"mesh {mesh + 1}: {error}") from None
 
 
-def _with_gaps(solved: StaticsResult, teeth: Sequence[int]) -> MeshTable:
+def _with_gaps(statics_result: StaticsResult, teeth: Sequence[int]) -> MeshTable:
     """The table with the gaps of more tooth pairs, which carry no load.
 
     teeth : base pitches by which they are ahead of the reference pair
     """
-    table, cycle = solved.table, solved.cycle
-    tabulated = pair_teeth(table)
-    more = sorted(set(teeth) & set(cycle.teeth.tolist()) - set(tabulated))
-    columns, labels = dict(table.columns), [f"{k:+d}" for k in [*tabulated, *more]]
-    none = np.zeros((table.torque_Nm.size, table.position.size))
-    for number, k in enumerate(more, start=len(tabulated) + 1):
+    table, cycle = statics_result.table, statics_result.cycle
+    tabulated_teeth = pair_teeth(table)
+    added_teeth = sorted(set(teeth) & set(cycle.teeth.tolist()) - set(tabulated_teeth))
+    columns, labels = (
+        dict(table.columns),
+        [f"{k:+d}" for k in [*tabulated_teeth, *added_teeth]],
+    )
+    zeros = np.zeros((table.torque_Nm.size, table.position.size))
+    for number, k in enumerate(added_teeth, start=len(tabulated_teeth) + 1):
         gap = cycle.gap[..., cycle.teeth.tolist().index(k)]
         columns |= {
-            f"pair{number}_{STIFFNESS}": none,
-            f"pair{number}_load_share": none,
+            f"pair{number}_{STIFFNESS}": zeros,
+            f"pair{number}_load_share": zeros,
             f"pair{number}_gap_m": np.where(np.isfinite(gap), gap, np.nan),
         }
-    text = " ".join(f"pair{i}={label}" for i, label in enumerate(labels, start=1))
+    pair_labels = " ".join(
+        f"pair{i}={label}" for i, label in enumerate(labels, start=1)
+    )
     header = {
-        k: text if k.startswith("pairs ahead") else v for k, v in table.header.items()
+        k: pair_labels if k.startswith("pairs ahead") else v
+        for k, v in table.header.items()
     }
     return MeshTable(table.torque_Nm, table.position, columns, header)
 
 
-def _widened(nominal: MeshTable, wide: MeshTable) -> MeshTable:
+def _widen_loaded_range(nominal_table: MeshTable, wider_table: MeshTable) -> MeshTable:
     """Extend the loaded range of pairs to a higher torque's.
 
     The load makes contact stiffer; that is taken out, peak over peak.
     """
-    tables = [
+    pair_stiffnesses = [
         dict(zip(pair_teeth(t), (t[n] for n in pair_names(t, STIFFNESS)), strict=True))
-        for t in (nominal, wide)
+        for t in (nominal_table, wider_table)
     ]
     peaks = [
-        max(float(stiffness.max()) for stiffness in table.values()) for table in tables
+        max(float(stiffness.max()) for stiffness in table.values())
+        for table in pair_stiffnesses
     ]
-    columns = dict(wide.columns) | {STIFFNESS: nominal[STIFFNESS]}
-    for k, name in zip(pair_teeth(wide), pair_names(wide, STIFFNESS), strict=True):
-        nominal_stiffness = tables[0].get(k, np.zeros_like(wide[name]))
-        columns[name] = np.maximum(nominal_stiffness, peaks[0] / peaks[1] * wide[name])
-    return MeshTable(nominal.torque_Nm, nominal.position, columns, wide.header)
+    columns = dict(wider_table.columns) | {STIFFNESS: nominal_table[STIFFNESS]}
+    for k, name in zip(
+        pair_teeth(wider_table), pair_names(wider_table, STIFFNESS), strict=True
+    ):
+        nominal_stiffness = pair_stiffnesses[0].get(k, np.zeros_like(wider_table[name]))
+        columns[name] = np.maximum(
+            nominal_stiffness, peaks[0] / peaks[1] * wider_table[name]
+        )
+    return MeshTable(
+        nominal_table.torque_Nm, nominal_table.position, columns, wider_table.header
+    )
 
 
-def _place_of(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
+def _mesh_placement(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
     """On what it depends in a set which faulty teeth meet, and where centres are."""
     phases = (phase.value for phase in mesh_phases(gear_set))
-    return mesh, tuple(phases), tuple(one.direction for one in gear_set.meshes)
+    return (
+        mesh,
+        tuple(phases),
+        tuple(gear_mesh.direction for gear_mesh in gear_set.meshes),
+    )

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 from fegear.boundary import public
 from fegear.files.codes import with_code
@@ -14,10 +14,11 @@ from fegear.files.errors import InputError
 from fegear.files.printable import printable
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods, tooth_pair_errors
+from fegear.gearset.planes import Plane
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.unmodified import has_faults
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.mesh_table_files import read_mesh_table
-from fegear.statics.stiffness_source import StiffnessSource
 from lumped.common.checks import require_fields
 from lumped.train.excitation import MeshExcitation
 from lumped.train.excitation_tables import excitation_from_table, table_pitches
@@ -38,8 +39,7 @@ class GivenTables:
     def __post_init__(self) -> None:
         require_fields(self)
 
-    @property
-    def header(self) -> dict[str, str]:
+    def header_of(self, gear_set: GearSet) -> dict[str, str]:
         """Entry of a file's header: the tables."""
         names = ", ".join(Path(name).name for name, _ in self.tables)
         return {"excitation": printable(f"tables {names}")}
@@ -49,8 +49,11 @@ class GivenTables:
         """Finite elements, in the plane of the tables, for what those do not give."""
         from fegear.statics.settings import StaticsSettings
 
-        strain = all(table.header.get("plane") == "strain" for _, table in self.tables)
-        return StaticsSettings(plane="strain" if strain else "stress")
+        planes = {table.header.get("plane") for _, table in self.tables}
+        for plane in get_args(Plane):
+            if planes == {plane}:
+                return StaticsSettings(plane=plane)
+        return StaticsSettings()
 
     def mesh_excitation(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
@@ -65,7 +68,7 @@ class GivenTables:
 
 
 def given_table_warnings(
-    stiffness: StiffnessSource | GivenTables, gear_set: GearSet, torque: float
+    stiffness: ExcitationSettings | GivenTables, gear_set: GearSet, torque: float
 ) -> Iterator[str]:
     """A line for each mesh table whose torque or friction is not that of the run.
 

@@ -60,6 +60,28 @@ def key_figures(
         "driver_root_stress_MPa": _largest_root_stress(table, "driver", t),
         "driven_root_stress_MPa": _largest_root_stress(table, "driven", t),
         "loss_factor": float(loss_factors(problem.pair, cycle)[t]),
+        **_over_face(problem, cycle, t),
+    }
+
+
+def _over_face(
+    problem: ContactProblem, cycle: ContactCycle, t: int
+) -> dict[str, float]:
+    """How loads are distributed over the face width; nothing where they are equal."""
+    face, loads = problem.face, cycle.face
+    if face is None or loads is None:
+        return {}
+    on_path = np.where(loads.on_path, loads.load[t], 0.0)
+    n, k, m = np.unravel_index(on_path.argmax(), on_path.shape)
+    return {
+        "overlap_ratio": face.overlap(problem.pair.driver),
+        "load_distribution_factor": float(loads.distribution_factor[t]),
+        "largest_line_load_N_per_mm": 1e-3 * float(loads.load[t, n, k, m]),
+        "largest_line_load_at_mm": 1e3 * float(loads.place[m]),
+        "largest_line_load_at_position": float(cycle.position[n]),
+        "axial_force_N": float(loads.axial_force[t].mean()),
+        "load_center_mm": 1e3 * float(loads.center[t].mean()),
+        "load_center_peak_to_peak_mm": 1e3 * float(np.ptp(loads.center[t])),
     }
 
 
@@ -88,4 +110,10 @@ def loss_factors(pair: GearPair, cycle: ContactCycle) -> Array:
     """
     gears = pair.driver, pair.driven
     teeth = tuple(gear.sign * gear.teeth for gear in gears)
+    if cycle.face is not None:
+        shape = *cycle.ste.shape, -1
+        loads = cycle.face.load.reshape(shape)
+        share = loads / loads.sum(axis=2, keepdims=True)
+        place = cycle.face.path_position.reshape(cycle.position.size, -1)
+        return loss_factor(teeth, place, share)
     return loss_factor(teeth, path_positions(cycle), cycle.load_share)

@@ -27,7 +27,7 @@ from fegear.gearset.pitch_errors import tooth_in_cycles
 from fegear.gearset.zones import Zones, zones
 from meshes.crack import Crack
 
-Change = Callable[[Gear, dict[int, Crack]], ChangedCompliance]
+SolveComplianceChange = Callable[[Gear, dict[int, Crack]], ChangedCompliance]
 
 
 class FaultySide(NamedTuple):
@@ -44,18 +44,18 @@ class FaultySide(NamedTuple):
 
 
 def faulty_sides(
-    gear_set: GearSet, mesh: int, change: Change
+    gear_set: GearSet, mesh: int, solve_change: SolveComplianceChange
 ) -> tuple[FaultySide, FaultySide]:
     """Faults of driver and driven gear in a mesh.
 
-    change : compliance that cracks add to a gear, by tooth, counted clockwise
+    solve_change : compliance that cracks add to a gear, by tooth, counted clockwise
     """
     spec = gear_set.meshes[mesh]
     driver, driven = (
         FaultySide(
-            _tooth_faults(gear_set, mesh, gear, profile, change),
-            _with_wear(gear_set, mesh, gear, profile, None),
-            _offset(gear_set, mesh, gear),
+            _tooth_faults(gear_set, mesh, gear, profile, solve_change),
+            _profile_with_wear(gear_set, mesh, gear, profile, None),
+            _center_offset(gear_set, mesh, gear),
         )
         for gear, profile in zip(
             spec.gears, (flank.profile for flank in spec.flanks), strict=True
@@ -69,61 +69,69 @@ def _tooth_faults(
     mesh: int,
     gear: int,
     profile: FlankProfile | None,
-    change: Change,
+    solve_change: SolveComplianceChange,
 ) -> ToothFaults | None:
     body = gear_set.gears[gear]
     faults, teeth = body.faults, body.geometry.teeth
-    same_flank = is_first_flank(gear_set, mesh, gear)
+    is_worn_flank = is_first_flank(gear_set, mesh, gear)
     # of each tooth of the file, the one that it is in the cycles of this mesh
     cycles = np.argsort(tooth_in_cycles(gear_set, mesh, gear, np.arange(teeth)))
-    number = {tooth: int(cycles[tooth]) for tooth in faults.teeth}
-    if not number:
+    tooth_in_mesh = {tooth: int(cycles[tooth]) for tooth in faults.teeth}
+    if not tooth_in_mesh:
         return None
     clockwise = -1 if gear_set.meshes[mesh].driver == gear else 1
     # the loaded flank is the right one of the tooth frame
-    cracked = {
-        number[fault.tooth]: fault.crack if same_flank else fault.crack.mirrored
+    cracks_in_mesh = {
+        tooth_in_mesh[fault.tooth]: fault.crack
+        if is_worn_flank
+        else fault.crack.mirrored
         for fault in faults.cracks
-        if fault.crack.left != same_flank
+        if fault.crack.left != is_worn_flank
     }
-    cracks = {clockwise * tooth % teeth: crack for tooth, crack in cracked.items()}
-    near = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
-    damaged = {(tooth + offset) % teeth for tooth in cracked for offset in near}
+    cracks = {
+        clockwise * tooth % teeth: crack for tooth, crack in cracks_in_mesh.items()
+    }
+    nearby_offsets = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1)
+    damaged_teeth = {
+        (tooth + offset) % teeth
+        for tooth in cracks_in_mesh
+        for offset in nearby_offsets
+    }
     spalls: dict[int, tuple[FlankSpall, ...]] = {}
     profiles = {}
-    if same_flank:
+    if is_worn_flank:
         for spall in faults.spalls:
             ends = spall.start_roll_length, spall.end_roll_length
-            others = spalls.get(number[spall.tooth], ())
-            added = FlankSpall(*ends, spall.width_share)
-            spalls[number[spall.tooth]] = (*others, added)
+            other_spalls = spalls.get(tooth_in_mesh[spall.tooth], ())
+            added_spall = FlankSpall(*ends, spall.width_share)
+            spalls[tooth_in_mesh[spall.tooth]] = (*other_spalls, added_spall)
         for wear in faults.worn:
-            worn = _with_wear(gear_set, mesh, gear, profile, wear.tooth)
-            if wear.tooth is not None and worn is not None:
-                profiles[number[wear.tooth]] = worn
+            worn_profile = _profile_with_wear(gear_set, mesh, gear, profile, wear.tooth)
+            if wear.tooth is not None and worn_profile is not None:
+                profiles[tooth_in_mesh[wear.tooth]] = worn_profile
     return ToothFaults(
         teeth=teeth,
-        change=change(body, cracks) if cracks else None,
+        change=solve_change(body, cracks) if cracks else None,
         clockwise=clockwise,
-        cracked=dict(sorted(cracked.items())),
-        damaged=frozenset(damaged),
+        cracked=dict(sorted(cracks_in_mesh.items())),
+        damaged=frozenset(damaged_teeth),
         spalls=spalls,
         profiles=profiles,
         corners={
-            number[tip.tooth]: roll_length_below_tip(body.geometry, tip.height)
+            tooth_in_mesh[tip.tooth]: roll_length_below_tip(body.geometry, tip.height)
             for tip in faults.broken_tips
         },
-        missing=frozenset(number[tooth] for tooth in faults.missing),
+        missing=frozenset(tooth_in_mesh[tooth] for tooth in faults.missing),
     )
 
 
 def is_first_flank(gear_set: GearSet, mesh: int, gear: int) -> bool:
     """Whether a gear's flank in a mesh is the one of its first mesh."""
-    first = gear_set.meshes[gear_set.meshes_of[gear][0]]
-    return (gear_set.meshes[mesh].driver == gear) == (first.driver == gear)
+    first_mesh = gear_set.meshes[gear_set.meshes_of[gear][0]]
+    return (gear_set.meshes[mesh].driver == gear) == (first_mesh.driver == gear)
 
 
-def _with_wear(
+def _profile_with_wear(
     gear_set: GearSet,
     mesh: int,
     gear: int,
@@ -131,8 +139,10 @@ def _with_wear(
     tooth: int | None,
 ) -> FlankProfile | None:
     """Profile of a gear's flanks in a mesh with the wear of a tooth, or of all."""
-    worn = {wear.tooth: wear.profile for wear in gear_set.gears[gear].faults.worn}
-    wear = worn.get(tooth)
+    wear_profiles = {
+        wear.tooth: wear.profile for wear in gear_set.gears[gear].faults.worn
+    }
+    wear = wear_profiles.get(tooth)
     if wear is None or not is_first_flank(gear_set, mesh, gear):
         return profile
     spec = gear_set.meshes[mesh]
@@ -167,8 +177,8 @@ def _sum_of_profiles(
     rolls = np.union1d(profile.roll_lengths, wear.roll_lengths)
     ends = flank.start, flank.tip
     deviations = np.zeros(rolls.size)
-    for part in (replace(profile, crowning=0.0, slope=0.0), wear):
-        deviations -= profile_depth(part, rolls, *ends)
+    for summand in (replace(profile, crowning=0.0, slope=0.0), wear):
+        deviations -= profile_depth(summand, rolls, *ends)
     return replace(
         profile,
         roll_lengths=tuple(rolls.tolist()),
@@ -176,21 +186,23 @@ def _sum_of_profiles(
     )
 
 
-def _offset(gear_set: GearSet, mesh: int, gear: int) -> CenterOffset | None:
+def _center_offset(gear_set: GearSet, mesh: int, gear: int) -> CenterOffset | None:
     """Centre of a gear off its axis, by its direction at position 0 of a mesh."""
     body, sense = gear_set.gears[gear], gear_set.senses[gear]
     distance = body.faults.eccentricity
     if distance == 0.0:
         return None
-    first = gear_set.meshes_of[gear][0]
-    turned = _toward_mate(gear_set, first, gear) - _toward_mate(gear_set, mesh, gear)
-    angle = sense * (body.faults.eccentricity_angle + turned)
+    first_mesh = gear_set.meshes_of[gear][0]
+    angle_from_first_mate = _direction_to_mate(
+        gear_set, first_mesh, gear
+    ) - _direction_to_mate(gear_set, mesh, gear)
+    angle = sense * (body.faults.eccentricity_angle + angle_from_first_mate)
     # the set is at its start when this mesh is as far as its phase past position 0
     angle -= mesh_phases(gear_set)[mesh].value * body.geometry.pitch_angle
     return CenterOffset(distance, math.remainder(angle, 2.0 * math.pi))
 
 
-def _toward_mate(gear_set: GearSet, mesh: int, gear: int) -> float:
+def _direction_to_mate(gear_set: GearSet, mesh: int, gear: int) -> float:
     """Direction from a gear's axis to that of its mate, from x [rad]."""
     spec = gear_set.meshes[mesh]
     return spec.direction + (0.0 if spec.driver == gear else math.pi)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, fields
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
@@ -45,6 +45,9 @@ class ErrorEstimate:
     root_stress : float
         Largest error of the root stress of either gear over its peak; NaN where that is
         not computed.
+    distribution : float
+        Error of the load distribution factor K_Hbeta, slices among what is coarser; NaN
+        where loads are uniform over the face width.
 
     Notes
     -----
@@ -65,6 +68,7 @@ class ErrorEstimate:
     path: float
     corner: float
     root_stress: float = math.nan
+    distribution: float = math.nan
 
     @property
     def change_of_mean(self) -> float:
@@ -268,12 +272,14 @@ def error_estimate(
     mean_change: float,
     is_corner: NDArray[np.bool_],
     root_change: float = math.nan,
+    distribution_change: float = math.nan,
 ) -> ErrorEstimate:
     """Estimate from relative changes (n,) against a coarser resolution.
 
     mean_change : mean of the changes' amounts over the mean transmission error
     is_corner : (n,) positions with a tip corner in contact
     root_change : largest change of the root stress over its peak
+    distribution_change : relative, of K_Hbeta
     """
     largest = float(change.max()) if is_corner.any() else math.nan
     return ErrorEstimate(
@@ -281,6 +287,7 @@ def error_estimate(
         path=ERROR_FACTOR * float(change[~is_corner].max(initial=0.0)),
         corner=ERROR_FACTOR * largest,
         root_stress=ROOT_ERROR_FACTOR * root_change,
+        distribution=ERROR_FACTOR * distribution_change,
     )
 
 
@@ -288,14 +295,16 @@ def largest_errors(errors: Sequence[ErrorEstimate]) -> ErrorEstimate | None:
     """The largest of each error; None where there are no estimates."""
     if not errors:
         return None
-    corners = [error.corner for error in errors if math.isfinite(error.corner)]
-    roots = [e.root_stress for e in errors if math.isfinite(e.root_stress)]
     return ErrorEstimate(
-        mean=max(error.mean for error in errors),
-        path=max(error.path for error in errors),
-        corner=max(corners, default=math.nan),
-        root_stress=max(roots, default=math.nan),
+        **{
+            field.name: _largest_finite(getattr(error, field.name) for error in errors)
+            for field in fields(ErrorEstimate)
+        }
     )
+
+
+def _largest_finite(values: Iterable[float]) -> float:
+    return max((value for value in values if math.isfinite(value)), default=math.nan)
 
 
 def discretisation(error: ErrorEstimate | None) -> dict[str, float | None]:
@@ -307,6 +316,9 @@ def discretisation(error: ErrorEstimate | None) -> dict[str, float | None]:
         "discretisation_root_stress": (
             _finite_or_none(error.root_stress) if error else None
         ),
+        "discretisation_load_distribution_factor": _finite_or_none(error.distribution)
+        if error
+        else None,
     }
 
 

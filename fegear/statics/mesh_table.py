@@ -59,6 +59,9 @@ def table_columns(
     if stresses is not None:
         largest = stresses.largest
         columns["driver_root_stress_Pa"], columns["driven_root_stress_Pa"] = largest
+    if cycle.face is not None:
+        columns["axial_force_N"] = cycle.face.axial_force
+        columns["load_center_mm"] = 1e3 * cycle.face.center
     angle, sliding = _pair_kinematics(pair, cycle)
     for number, k in enumerate(_used_pairs(cycle), start=1):
         gap = np.where(np.isfinite(cycle.gap[..., k]), cycle.gap[..., k], np.nan)
@@ -111,11 +114,14 @@ def pair_compliances(problem: ContactProblem, cycle: ContactCycle) -> dict[str, 
     Empty where one of them faces no flank.
     """
     used = _used_pairs(cycle)
-    arc, turn = (
-        a[:, :, used].reshape(-1, used.size, 2) for a in (cycle.arc, cycle.turn)
-    )
-    normal, _ = pair_coupling(problem, cycle.teeth[used], arc, turn)
-    compliance = normal.reshape(*cycle.ste.shape, used.size, used.size)
+    if cycle.face is None:
+        arc, turn = (
+            a[:, :, used].reshape(-1, used.size, 2) for a in (cycle.arc, cycle.turn)
+        )
+        normal, _ = pair_coupling(problem, cycle.teeth[used], arc, turn)
+        compliance = normal.reshape(*cycle.ste.shape, used.size, used.size)
+    else:
+        compliance = cycle.face.coupling[:, :, used][..., used]
     facing = np.isfinite(cycle.gap[..., used])
     closing = np.where(facing, cycle.closing[..., used], np.nan)
     return {
@@ -147,7 +153,7 @@ def table_header(
         "teeth": teeth_text(spec.pair),
         "contact ratio": f"{spec.pair.contact_ratio:.6g}",
         "base pitch [mm]": format_exact(1e3 * spec.pair.base_pitch),
-        "plane": settings.plane,
+        "plane": settings.plane_of(gear_set),
         "resolution": settings.resolution,
         "friction coefficient": format_exact(settings.friction),
         "corner contact": CORNERS[settings.corner_contact],

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.files.errors import InputError, foreign_reader
+from fegear.files.errors import InputError, refused_foreign_errors
 from fegear.files.hdf5_groups import read_group
 from fegear.files.mat_elements import require_sound_sizes
 from fegear.files.output import (
@@ -153,7 +153,7 @@ def _read_mat(content: bytes, path: str) -> Parts:
     if content.startswith((MAT_73_START, HDF5_START)):
         return _read_hdf5(content, path)
     stream: Any = io.BytesIO(content)
-    with foreign_reader(path, "MAT file"):
+    with refused_foreign_errors(path, "MAT file"):
         require_sound_sizes(content, path)
         held = loadmat(stream, struct_as_record=True)
         names = (name for name in held if not name.startswith("__"))
@@ -190,7 +190,7 @@ def _read_netcdf(content: bytes, path: str) -> Parts:
     if content.startswith(HDF5_START):  # version 4 of the format
         return _read_hdf5(content, path)
     with (
-        foreign_reader(path, "NetCDF file"),
+        refused_foreign_errors(path, "NetCDF file"),
         netcdf_file(io.BytesIO(content), "r", mmap=False) as file,
     ):
         return _top_and_holder(_netcdf_parts(file))

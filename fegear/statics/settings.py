@@ -2,37 +2,41 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
-from fegear.elasticity.material import Plane, PlaneMaterial
+from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
-from fegear.gearset.model import Gear
+from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.planes import Plane, SectionPlane
 from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
 from meshes import MeshSize
 
 MAX_ROWS = 1_000_000  # of a table
+STRAIN_WIDTH = 5.0  # modules, from which teeth are nearer to plane strain
 
 
 @dataclass(frozen=True)
 class Resolution:
-    """Mesh of a sector and nodes of a contact patch."""
+    """Mesh of a sector, nodes of a contact patch and slices of the face width."""
 
     size: MeshSize
     nodes: int
+    slices: int = 32
 
     def coarsened(self) -> Resolution:
         """The companion that the discretisation estimate compares with."""
-        return Resolution(self.size.refined(0.7), max(9, round(0.7 * self.nodes)))
+        nodes, slices = max(9, round(0.7 * self.nodes)), round(0.7 * self.slices)
+        return Resolution(self.size.refined(0.7), nodes, slices)
 
 
 Fineness = Literal["coarse", "default", "fine"]
 RESOLUTIONS: dict[Fineness, Resolution] = {
-    "coarse": Resolution(MeshSize().refined(0.7), 17),
+    "coarse": Resolution(MeshSize().refined(0.7), 17, 22),
     "default": Resolution(MeshSize(), 25),
-    "fine": Resolution(MeshSize().refined(1.7), 49),
+    "fine": Resolution(MeshSize().refined(1.7), 49, 64),
 }
 
 CORNERS = {True: "on", False: "off"}
@@ -40,6 +44,12 @@ BODIES = {
     "held": "held at the hub",
     "free": "free to accelerate, transmission errors of mean rotations",
 }
+
+
+def nearer_plane(gear: Gear) -> SectionPlane:
+    """The plane state that the compliance of a gear's teeth is nearer to."""
+    narrow = gear.face_width < STRAIN_WIDTH * gear.geometry.module
+    return "stress" if narrow else "strain"
 
 
 @documented
@@ -53,7 +63,7 @@ class StaticsSettings:
     friction: float = option(
         0.0, "Coulomb friction coefficient.", Range(0.0, below=0.5)
     )
-    plane: Plane = option("stress", PLANE)
+    plane: Plane | None = option(None, PLANE)
     resolution: Fineness = option("default", RESOLUTION)
     corner_contact: bool = option(
         True, "Contact of tip corners before and after the nominal path of contact."
@@ -78,23 +88,46 @@ class StaticsSettings:
         """Size of the sector mesh, for everything that is solved on it."""
         return RESOLUTIONS[self.resolution].size
 
-    def material(self, gear: Gear) -> PlaneMaterial:
+    def plane_of(self, gears: Gear | GearSet) -> Plane:
+        """State of the finite elements of a gear, or of those of a set.
+
+        Parameters
+        ----------
+        gears : fegear.gearset.model.Gear or GearSet
+            What it is asked of.
+
+        Returns
+        -------
+        str
+            The chosen one, or what the gear set names.
+        """
+        return self.plane or gears.plane
+
+    def material(self, gear: Gear, width: float | None = None) -> PlaneMaterial:
         """Material of a gear in the plane of the settings.
 
         Parameters
         ----------
         gear : fegear.gearset.model.Gear
             Gear whose Young's modulus and Poisson's ratio are taken.
+        width : float, optional
+            Common face width of its mesh [m]; that of the gear by default.
 
         Returns
         -------
         PlaneMaterial
-            Elastic constants in plane stress or plane strain.
+            Elastic constants in plane stress, plane strain or teeth of that width.
         """
-        return PlaneMaterial(gear.young_modulus, gear.poisson_ratio, self.plane)
+        plane = self.plane_of(gear)
+        constants = gear.young_modulus, gear.poisson_ratio, plane
+        if plane != "width":
+            return PlaneMaterial(*constants)
+        return PlaneMaterial(*constants, gear.face_width if width is None else width)
 
     def sector(self, gear: Gear, refinement: float = 1.0) -> CyclicSector:
         """What all finite elements of a gear are made from.
+
+        Those of teeth of their width are in the plane state that is nearer to it.
 
         Parameters
         ----------
@@ -109,4 +142,7 @@ class StaticsSettings:
             Mesh, stiffness and flanks of one tooth sector.
         """
         size = self.size if refinement == 1.0 else self.size.refined(refinement)
-        return cyclic_sector(gear.geometry, self.material(gear), size)
+        material = self.material(gear)
+        if self.plane_of(gear) == "width":
+            material = replace(material, plane=nearer_plane(gear), width=None)
+        return cyclic_sector(gear.geometry, material, size)

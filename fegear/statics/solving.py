@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.boundary import public, require_mesh
+from fegear.contact.face import FaceLoads
 from fegear.contact.problem import (
     ContactCycle,
     ContactFlank,
@@ -33,6 +34,7 @@ from fegear.files.timing import recorded_stages, stage
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import mesh_errors, pair_periods
+from fegear.statics.face_problem import face_problem
 from fegear.statics.mesh_faults import faulty_sides
 from fegear.statics.mesh_result import ErrorEstimate, StaticsResult, error_estimate
 from fegear.statics.mesh_table import (
@@ -51,6 +53,7 @@ from meshes import MeshSize
 from meshes.crack import Crack
 
 POSITIONS_PER_CHUNK = 2048  # positions solved between two reports of progress
+POSITIONS_OVER_FACE = 32  # the same, where loads vary over the face width
 
 
 @public
@@ -105,17 +108,19 @@ def solve_mesh(
     settings = settings or StaticsSettings()
     report = progress or (silent)
     require_mesh(gear_set, mesh)
-    torque = _loads(torques_on_driver, gear_set.meshes[mesh].torques)
+    driver_torques = _torques_to_solve(torques_on_driver, gear_set.meshes[mesh].torques)
     pitches = pair_periods(gear_set)[mesh]
-    _require_rows(gear_set, mesh, pitches, settings.positions * torque.size)
+    _require_table_size(
+        gear_set, mesh, pitches, settings.positions * driver_torques.size
+    )
     with recorded_stages() as seconds:
         problem = contact_problem(gear_set, mesh, settings, report)
-        places = _places(settings.positions, pitches)
-        cycle = _solve_in_chunks(problem, torque, places, report)
+        positions_and_pitches = _positions_and_pitches(settings.positions, pitches)
+        cycle = _solve_in_chunks(problem, driver_torques, positions_and_pitches, report)
         stresses = _root_stresses(gear_set, mesh, settings, problem, cycle)
         errors: tuple[ErrorEstimate, ...] = ()
         if settings.estimate_error:
-            errors = _estimate(gear_set, mesh, settings, cycle, stresses, report)
+            errors = _estimate_errors(gear_set, mesh, settings, cycle, stresses, report)
     columns = table_columns(problem, cycle, stresses)
     header = table_header(gear_set, mesh, settings, cycle, errors)
     if pitches > 1:
@@ -137,7 +142,7 @@ def _has_faults(gear_set: GearSet, mesh: int) -> bool:
     return any(gear_set.gears[gear].faults.any for gear in gears)
 
 
-def _loads(torques: Sequence[float], cases: Sequence[float]) -> Array:
+def _torques_to_solve(torques: Sequence[float], load_cases: Sequence[float]) -> Array:
     """Torques on the driver [N m], by default the gear set's load cases."""
     name = "torques_on_driver"
     for torque in torques:
@@ -145,13 +150,13 @@ def _loads(torques: Sequence[float], cases: Sequence[float]) -> Array:
     if len(set(torques)) < len(torques):
         listed = ", ".join(f"{torque:.12g}" for torque in torques)
         raise InputError(f"{name} = {listed}; must differ from each other")
-    loads = np.array(torques if len(torques) else cases, float)
+    loads = np.array(torques if len(torques) else load_cases, float)
     if loads.size == 0:
         raise InputError(f"{name} must be given: the gear set has no load")
     return loads
 
 
-def _require_rows(
+def _require_table_size(
     gear_set: GearSet, mesh: int, pitches: int, rows_per_pitch: int
 ) -> None:
     if pitches > 1 and pitches * rows_per_pitch > MAX_ROWS:
@@ -163,7 +168,9 @@ def _require_rows(
         )
 
 
-def _places(positions: int, pitches: int) -> tuple[Array, NDArray[np.int64]]:
+def _positions_and_pitches(
+    positions: int, pitches: int
+) -> tuple[Array, NDArray[np.int64]]:
     """Positions in their base pitch, and the base pitch of each."""
     position = np.tile(np.arange(positions) / positions, pitches)
     return position, np.repeat(np.arange(pitches), positions)
@@ -182,13 +189,17 @@ def contact_problem(
     """
     resolution = resolution or RESOLUTIONS[settings.resolution]
     spec = gear_set.meshes[mesh]
-    flanks: list[FlankCompliance] = []
+    if spec.varies_over_width:
+        return face_problem(gear_set, mesh, settings, resolution, report)
+    flank_compliances: list[FlankCompliance] = []
     materials: list[PlaneMaterial] = []
     for i, gear in enumerate(gear_set.gears[g] for g in (spec.driver, spec.driven)):
         report(f"compliance of {gear.name}", i, 2)
-        material = settings.material(gear)
+        material = settings.material(gear, gear_set.common_width(mesh))
         materials.append(material)
-        flank = cached_flank_compliance(gear.geometry, material, resolution.size)
+        compliance_of_flank = cached_flank_compliance(
+            gear.geometry, material, resolution.size
+        )
         if settings.body == "free":
             from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
 
@@ -196,24 +207,26 @@ def contact_problem(
             sector = cyclic_sector(gear.geometry, material, resolution.size)
             relief = inertia_relief(sector, gear.density)
             widths = gear_set.common_width(mesh), gear.face_width
-            flank = in_mean_axes(flank, relief, widths, inertia_of(gear))
-        flanks.append(flank)
+            compliance_of_flank = in_mean_axes(
+                compliance_of_flank, relief, widths, inertia_of(gear)
+            )
+        flank_compliances.append(compliance_of_flank)
     report("compliance", 2, 2)
-    change = partial(_compliance_change, settings, resolution.size)
+    solve_compliance_change = partial(_compliance_change, settings, resolution.size)
     driver, driven = (
         ContactFlank(
             compliance=compliance,
-            tip_relief=modified.tip_relief,
-            root_relief=modified.root_relief,
+            tip_relief=modifications.tip_relief,
+            root_relief=modifications.root_relief,
             profile=side.profile,
             pitch_errors=pitch_errors,
             faults=side.faults,
             offset=side.offset,
         )
-        for compliance, modified, side, pitch_errors in zip(
-            flanks,
+        for compliance, modifications, side, pitch_errors in zip(
+            flank_compliances,
             spec.flanks,
-            faulty_sides(gear_set, mesh, change),
+            faulty_sides(gear_set, mesh, solve_compliance_change),
             mesh_errors(gear_set, mesh),
             strict=True,
         )
@@ -247,53 +260,66 @@ def _compliance_change(
 def _solve_in_chunks(
     problem: ContactProblem,
     torque: Array,
-    places: tuple[Array, NDArray[np.int64]],
+    positions_and_pitches: tuple[Array, NDArray[np.int64]],
     report: Progress,
 ) -> ContactCycle:
     """Solve in pieces short enough for Ctrl-C and a progress bar."""
-    count = places[0].size
-    chunks = [
-        slice(i, i + POSITIONS_PER_CHUNK) for i in range(0, count, POSITIONS_PER_CHUNK)
-    ]
+    n_positions = positions_and_pitches[0].size
+    size = POSITIONS_PER_CHUNK if problem.face is None else POSITIONS_OVER_FACE
+    chunks = [slice(i, i + size) for i in range(0, n_positions, size)]
     cycles = []
     for i, chunk in enumerate(chunks):
         report("contact", i, len(chunks))
         with stage("solving"):
-            position, pitch = (array[chunk] for array in places)
+            position, pitch = (array[chunk] for array in positions_and_pitches)
             cycles.append(solve_cycle(problem, torque, position, pitch))
     report("contact", len(chunks), len(chunks))
-    return cycles[0] if len(cycles) == 1 else _joined(cycles)
+    return cycles[0] if len(cycles) == 1 else _join_cycles(cycles)
 
 
-def _joined(cycles: list[ContactCycle]) -> ContactCycle:
+def _join_cycles(cycles: list[ContactCycle]) -> ContactCycle:
     """Cycles over consecutive positions as one; pairs are matched by tooth."""
     teeth = sorted({int(k) for c in cycles for k in c.teeth}, key=lambda k: (abs(k), k))
-    empty = {
+    values_without_contact = {
         "load": 0.0,
         "load_slope": 0.0,
         "pressure": 0.0,
         "gap": np.inf,
         "friction_bending": np.nan,
     }
-    empty |= {"arc": 0.0, "turn": 0.0, "closing": 1.0}
+    values_without_contact |= {"arc": 0.0, "turn": 0.0, "closing": 1.0}
 
     def by_pair(cycle: ContactCycle, name: str) -> Array:
         values = getattr(cycle, name)
-        out = np.full((*values.shape[:2], len(teeth), *values.shape[3:]), empty[name])
-        out[:, :, [teeth.index(k) for k in cycle.teeth]] = values
-        return out
+        with_all_pairs = np.full(
+            (*values.shape[:2], len(teeth), *values.shape[3:]),
+            values_without_contact[name],
+        )
+        with_all_pairs[:, :, [teeth.index(k) for k in cycle.teeth]] = values
+        return with_all_pairs
 
-    rows = (
+    row_names = (
         *("ste", "no_load", "local_stiffness", "relief_slope"),
         *("profile_slope", "driven_torque", "residual"),
     )
-    joined: dict[str, Any] = {
-        n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in rows
+    joined_arrays: dict[str, Any] = {
+        n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in row_names
     }
-    for name in empty:
-        joined[name] = np.concatenate([by_pair(c, name) for c in cycles], axis=1)
+    for name in values_without_contact:
+        joined_arrays[name] = np.concatenate([by_pair(c, name) for c in cycles], axis=1)
     position = np.concatenate([c.position for c in cycles])
-    return replace(cycles[0], position=position, teeth=np.array(teeth), **joined)
+    faces = [
+        c.face.among(np.array([teeth.index(k) for k in c.teeth]), np.array(teeth))
+        for c in cycles
+        if c.face is not None
+    ]
+    return replace(
+        cycles[0],
+        position=position,
+        teeth=np.array(teeth),
+        face=FaceLoads.joined(faces) if faces else None,
+        **joined_arrays,
+    )
 
 
 def _root_stresses(
@@ -308,7 +334,7 @@ def _root_stresses(
 
     size : instead of that of the settings
     """
-    if not settings.root_stress:
+    if not settings.root_stress or problem.face is not None:
         return None
     spec = gear_set.meshes[mesh]
     gears = (gear_set.gears[index] for index in (spec.driver, spec.driven))
@@ -319,7 +345,7 @@ def _root_stresses(
     return root_stresses(problem, cycle, influences)
 
 
-def _estimate(
+def _estimate_errors(
     gear_set: GearSet,
     mesh: int,
     settings: StaticsSettings,
@@ -328,24 +354,32 @@ def _estimate(
     report: Progress,
 ) -> tuple[ErrorEstimate, ...]:
     """Compare every torque with the coarsened resolution."""
-    coarser = RESOLUTIONS[settings.resolution].coarsened()
-    problem = contact_problem(gear_set, mesh, settings, report, coarser)
+    coarser_resolution = RESOLUTIONS[settings.resolution].coarsened()
+    problem = contact_problem(gear_set, mesh, settings, report, coarser_resolution)
     pitch = np.floor(cycle.position[:POSITIONS_PER_CHUNK]).astype(np.int64)
     with stage("solving"):
         position = cycle.position[:POSITIONS_PER_CHUNK] - pitch
-        coarse = solve_cycle(problem, cycle.torque, position, pitch)
-    others = _root_stresses(gear_set, mesh, settings, problem, coarse, coarser.size)
+        coarse_cycle = solve_cycle(problem, cycle.torque, position, pitch)
+    coarse_stresses = _root_stresses(
+        gear_set, mesh, settings, problem, coarse_cycle, coarser_resolution.size
+    )
     root_change = np.full(cycle.torque.size, math.nan)
-    if stresses is not None and others is not None:
-        root_change = relative_change(stresses, others)
+    if stresses is not None and coarse_stresses is not None:
+        root_change = relative_change(stresses, coarse_stresses)
+    distribution_change = np.full(cycle.torque.size, math.nan)
+    if cycle.face is not None and coarse_cycle.face is not None:
+        factor = cycle.face.distribution_factor
+        change = np.abs(coarse_cycle.face.distribution_factor - factor)
+        distribution_change = change / factor
     ste = cycle.ste[:, : position.size]
-    change = np.abs(coarse.ste - ste)
+    ste_change = np.abs(coarse_cycle.ste - ste)
     return tuple(
         error_estimate(
-            change[t] / np.abs(ste[t]),
-            float(change[t].mean() / np.abs(ste[t].mean())),
+            ste_change[t] / np.abs(ste[t]),
+            float(ste_change[t].mean() / np.abs(ste[t].mean())),
             corner_positions(problem, cycle, t)[: position.size],
             float(root_change[t]),
+            float(distribution_change[t]),
         )
         for t in range(len(cycle.torque))
     )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fegear.contact.edges import finite_pressures
+from fegear.files.codes import with_code
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
     MAX_IMBALANCE,
@@ -19,6 +20,9 @@ from fegear.statics.plausibility import (
 
 if TYPE_CHECKING:
     from fegear.statics.mesh_result import StaticsResult
+
+MIN_WIDTH = 0.5  # modules, of teeth of their width
+MAX_WIDTH = 16.0  # modules, of teeth whose loads vary over the width
 
 
 def table_warnings(solved: StaticsResult) -> list[str]:
@@ -34,7 +38,38 @@ def table_warnings(solved: StaticsResult) -> list[str]:
         )
     ]
     warnings = unphysical or [*unit_warnings(solved), *_evidence_warnings(solved)]
-    return [*_tip_lines(solved), *warnings]
+    return [
+        *_tip_lines(solved),
+        *_width_lines(solved),
+        *_slice_lines(solved),
+        *warnings,
+    ]
+
+
+def _width_lines(solved: StaticsResult) -> Iterator[str]:
+    """A warning of teeth that are too thin for finite elements of their width."""
+    modules = solved.problem.face_width / solved.problem.pair.driver.module
+    if solved.table.header.get("plane") == "width" and modules < MIN_WIDTH:
+        yield with_code(
+            "W56",
+            f"mesh {solved.mesh + 1}: face width of {modules:.2g} modules; below "
+            f"{MIN_WIDTH:g} the mesh of the section is too coarse for plane width, "
+            "plane stress is nearer",
+        )
+
+
+def _slice_lines(solved: StaticsResult) -> Iterator[str]:
+    """A warning of teeth that are too wide for the polynomials over the width."""
+    face, module = solved.problem.face, solved.problem.pair.driver.module
+    widths = [] if face is None else [flank.width for flank in face.flanks]
+    modules = max(widths, default=0.0) / module
+    if modules > MAX_WIDTH:
+        yield with_code(
+            "W57",
+            f"mesh {solved.mesh + 1}: face width of {modules:.3g} modules; above "
+            f"{MAX_WIDTH:g} loads that vary over the width are followed less well, at "
+            "20 the largest load per length to 10 %",
+        )
 
 
 def _tip_lines(solved: StaticsResult) -> Iterator[str]:

@@ -58,7 +58,7 @@ class Column:
 def columns() -> tuple[Column, ...]:
     """Columns of all tables, in the order of the commands' folders."""
     return tuple(
-        column for folder in folders() for column in _declared(folder.__name__)
+        column for folder in folders() for column in _declared_columns(folder.__name__)
     )
 
 
@@ -79,7 +79,7 @@ def _shared_groups() -> dict[str, dict[str, str]]:
     return {
         group["name"]: group["meaning"]
         for package in dict.fromkeys(packages)
-        for group in _content(package).get("shared", ())
+        for group in _columns_file(package).get("shared", ())
     }
 
 
@@ -124,23 +124,23 @@ def unit_of_column(name: str) -> str:
     return unit_of_key(name.rpartition(".")[2])
 
 
-def _content(package: str) -> dict[str, Any]:
+def _columns_file(package: str) -> dict[str, Any]:
     """What the file of a package declares, nothing where there is none."""
     file = resources.files(package) / FILE
     return tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
 
 
-def _declared(package: str) -> Iterator[Column]:
-    for group in _content(package).get("columns", ()):
+def _declared_columns(package: str) -> Iterator[Column]:
+    for group in _columns_file(package).get("columns", ()):
         meanings = group.get("meaning") or _shared_groups()[group["shared"]]
-        for table, commands in _tables(group["commands"]).items():
+        for table, commands in _table_entries(group["commands"]).items():
             for name, meaning in meanings.items():
                 yield Column(
                     name, unit_of_column(name), meaning, tuple(commands), table
                 )
 
 
-def _tables(entries: Sequence[str]) -> dict[str, list[str]]:
+def _table_entries(entries: Sequence[str]) -> dict[str, list[str]]:
     """Commands by table, from entries such as `sweep` and `sweep: spectra`."""
     commands: dict[str, list[str]] = {}
     for entry in entries:

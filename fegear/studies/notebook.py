@@ -24,7 +24,7 @@ def page_html(
     The figure is interactive where plotly is installed, else a picture. All of it is
     part of the HTML: a notebook shows that alone.
     """
-    parts = [_part(part) for part in page]
+    parts = [_part_html(part) for part in page]
     if figure is not None:
         parts.append(figure_html(figure, dots_per_inch))
     return "\n".join(parts)
@@ -50,30 +50,33 @@ def figure_png(figure: Figure, dots_per_inch: int) -> bytes:
     return content.getvalue()
 
 
-def _part(part: str | RowTable | ColumnTable) -> str:
+def _part_html(part: str | RowTable | ColumnTable) -> str:
     if isinstance(part, RowTable):
-        return _table(part.title, part.columns, part.cells())
+        return _table_html(part.title, part.columns, part.cells())
     if isinstance(part, ColumnTable):
         names = [part.corner, *part.columns]
-        return _table(part.title, names, _rows(part.labels, part.columns))
-    return f"<p>{_text(part)}</p>"
+        return _table_html(part.title, names, _row_cells(part.labels, part.columns))
+    return f"<p>{_text_html(part)}</p>"
 
 
-def _rows(labels: Iterable[str], columns: Mapping[str, Iterable[str]]) -> Iterator:
+def _row_cells(labels: Iterable[str], columns: Mapping[str, Iterable[str]]) -> Iterator:
     for label, *cells in zip(labels, *columns.values(), strict=True):
         yield [label, *cells]
 
 
-def _table(title: str | None, names: Iterable[str], rows: Iterable[list[str]]) -> str:
-    caption = f"<caption>{_text(title)}</caption>" if title else ""
-    head = "".join(f"<th>{_text(name)}</th>" for name in names)
+def _table_html(
+    title: str | None, names: Iterable[str], rows: Iterable[list[str]]
+) -> str:
+    caption = f"<caption>{_text_html(title)}</caption>" if title else ""
+    head = "".join(f"<th>{_text_html(name)}</th>" for name in names)
     body = "".join(
-        f"<tr>{''.join(f'<td>{_text(cell)}</td>' for cell in row)}</tr>" for row in rows
+        f"<tr>{''.join(f'<td>{_text_html(cell)}</td>' for cell in row)}</tr>"
+        for row in rows
     )
     return (
         f"<table>{caption}<thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
     )
 
 
-def _text(text: str) -> str:
+def _text_html(text: str) -> str:
     return escape(printable(text)).replace("\n", "<br>")

@@ -12,7 +12,7 @@ HOMES = {
     "LumpedModel": "fegear.train.model_settings",
     "PictureSettings": "fegear.rendering.pictures",
     "StaticsSettings": "fegear.statics.settings",
-    "StiffnessSource": "fegear.statics.stiffness_source",
+    "ExcitationSettings": "fegear.statics.excitation_settings",
     "builtin_names": "fegear.gearset",
     "load": "fegear.studies.saving",
     "load_gear_set": "fegear.gearset",

@@ -10,14 +10,20 @@ from types import NoneType
 from typing import Any, get_args, get_origin
 
 from fegear.studies.public import public_homes
-from fegear.studies.settings import ExposedField, Setting, exposed_fields, group_of
+from fegear.studies.settings import (
+    ExposedField,
+    Setting,
+    exposed_fields,
+    group_of,
+    option_names,
+)
 
 _Path = tuple[ExposedField, ...]  # through groups to a setting
 RUN = "result = fegear.run(study)"
 
 
 @dataclass
-class _Settings:
+class _SettingsCall:
     """Settings that an example gives to a class, as text of Python."""
 
     kind: type
@@ -26,7 +32,7 @@ class _Settings:
     def give(self, path: _Path, text: str) -> None:
         first, *rest = path
         if first.group is not None:
-            inner = self.values.setdefault(first.name, _Settings(first.group.kind))
+            inner = self.values.setdefault(first.name, _SettingsCall(first.group.kind))
             inner.give(tuple(rest), text)
         elif _is_list(first):
             self.values[first.name] = (*self.values.get(first.name, ()), text)
@@ -36,7 +42,7 @@ class _Settings:
     @property
     def kinds(self) -> set[str]:
         """Classes that are named, in it and in what it holds."""
-        inner = [v for v in self.values.values() if isinstance(v, _Settings)]
+        inner = [v for v in self.values.values() if isinstance(v, _SettingsCall)]
         return {self.kind.__name__}.union(*(v.kinds for v in inner if not v.is_name))
 
     @property
@@ -46,7 +52,9 @@ class _Settings:
 
     @property
     def text(self) -> str:
-        settings = ", ".join(f"{name}={_text(v)}" for name, v in self.values.items())
+        settings = ", ".join(
+            f"{name}={_text_code(v)}" for name, v in self.values.items()
+        )
         return f"fegear.{self.kind.__name__}({settings})"
 
 
@@ -58,26 +66,27 @@ def python_example(study: Any) -> list[str]:
     _, *arguments = shlex.split(study.example)
     del arguments[: len(study.command.split())]
     places, options = list[_Path](), dict[str, _Path]()
-    for path in _paths(group_of(study)):
+    for path in _setting_paths(group_of(study)):
         if isinstance(path[-1].declared, Setting) and path[-1].declared.place:
             places.append(path)
         else:
-            names = path[-1].option, getattr(path[-1].declared, "short", "")
-            options |= dict.fromkeys(filter(None, names), path)
-    settings, files = _Settings(study), list[str]()
+            options |= dict.fromkeys(option_names(path[-1].option), path)
+    settings, files = _SettingsCall(study), list[str]()
     while arguments:
         word = arguments.pop(0)
         if word in options:
             path = options[word]
-            is_flag = _kind(path[-1]) is bool
-            settings.give(path, "True" if is_flag else _value(path, arguments.pop(0)))
+            is_flag = _value_type(path[-1]) is bool
+            settings.give(
+                path, "True" if is_flag else _value_code(path, arguments.pop(0))
+            )
         elif word.startswith("-"):
             files.append(
-                _file(study, word.lstrip("-").replace("-", "_"), arguments.pop(0))
+                _file_code(study, word.lstrip("-").replace("-", "_"), arguments.pop(0))
             )
         else:
             path = places[0]
-            settings.give(path, _value(path, word))
+            settings.give(path, _value_code(path, word))
             if not _is_list(path[-1]):
                 del places[0]
     if not settings.kinds <= set(public_homes().keys()):
@@ -85,16 +94,16 @@ def python_example(study: Any) -> list[str]:
     return [f"study = {settings.text}", RUN, *files]
 
 
-def _paths(group: Any) -> Iterator[_Path]:
+def _setting_paths(group: Any) -> Iterator[_Path]:
     """Ways to the settings of a group and of the groups in it."""
     for member in exposed_fields(group):
         if member.group is None:
             yield (member,)
         else:
-            yield from ((member, *path) for path in _paths(member.group))
+            yield from ((member, *path) for path in _setting_paths(member.group))
 
 
-def _kind(member: ExposedField) -> Any:
+def _value_type(member: ExposedField) -> Any:
     """Type of a value, or of each of several."""
     kinds = [kind for kind in get_args(member.kind) if kind not in (NoneType, ...)]
     return kinds[0] if len(kinds) == 1 else member.kind
@@ -107,7 +116,7 @@ def _is_list(member: ExposedField) -> bool:
     return get_origin(member.kind) is tuple and several
 
 
-def _value(path: _Path, word: str) -> str:
+def _value_code(path: _Path, word: str) -> str:
     """A value of the command line as it is written in Python.
 
     A study reads text of its settings, a group in it does not.
@@ -115,22 +124,22 @@ def _value(path: _Path, word: str) -> str:
     member = path[-1]
     parse = getattr(member.declared, "parse", None)
     with suppress(ValueError):
-        if _kind(member) in (int, float):
-            return repr(_kind(member)(word))
+        if _value_type(member) in (int, float):
+            return repr(_value_type(member)(word))
         if parse is not None and len(path) > 1:
             return repr(parse(word))
     return f'"{word}"'
 
 
-def _text(value: Any) -> str:
-    if isinstance(value, _Settings):
+def _text_code(value: Any) -> str:
+    if isinstance(value, _SettingsCall):
         return str(value.values["name"]) if value.is_name else value.text
     if isinstance(value, tuple):
         return f"[{', '.join(value)}]"
     return str(value)
 
 
-def _file(study: Any, name: str, path: str) -> str:
+def _file_code(study: Any, name: str, path: str) -> str:
     """The call that writes a file of the result."""
     if name == "plot":
         return f'result.draw("{path}")'

@@ -93,14 +93,16 @@ def run(
         notify(line)
     checkpoint = None
     if study.resumes:
-        checkpoint = _opened(problem, tasks, checkpoint_options, study.unit, notify)
+        checkpoint = _opened_checkpoint(
+            problem, tasks, checkpoint_options, study.unit, notify
+        )
     stop, done = threading.Event(), False
     board = TaskProgress(progress, {task.key: task.size for task in tasks})
     threads = None if isinstance(workers, Cluster) else workers
     try:
-        how = board, stop, workers
+        arguments = board, stop, workers
         work = (
-            (task.key, _in_context(_work, task, Job(checkpoint, task.key, *how)))
+            (task.key, _in_context(_work, task, Job(checkpoint, task.key, *arguments)))
             for task in tasks
         )
 
@@ -127,7 +129,7 @@ def run(
     return result
 
 
-def _opened(
+def _opened_checkpoint(
     problem: Solvable,
     tasks: Sequence[Task],
     checkpoint_options: CheckpointOptions,

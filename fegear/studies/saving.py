@@ -100,7 +100,7 @@ def save(result: Saved, path: str | Path) -> None:
         }
     except ValueError as error:
         raise InputError(f"{target}: a value of {error} cannot be saved") from None
-    variables |= _joined(encoder.arrays)
+    variables |= _joined_by_type(encoder.arrays)
     attributes = {
         "format": FORMAT,
         "made_with": f"fegear {package_version()}",
@@ -142,18 +142,18 @@ def load(path: str | Path) -> Any:
         raise InputError(f"{target}: is a result of fegear {command}, which is missing")
     try:
         tree = json.loads(attributes["result"])
-        arrays = list(_split(tree["arrays"], variables))
+        arrays = list(_split_arrays(tree["arrays"], variables))
         decoder = Decoder(arrays, tree["shared"], _packages())
-        return _loaded(tree, decoder, variables)
+        return _restored_result(tree, decoder, variables)
     except Exception:  # a file may hold any tree, and its digest any content
-        made = attributes.get("made_with", "another version")
+        program_version = attributes.get("made_with", "another version")
         raise InputError(
-            f"{target}: was saved by {made}, whose results fegear {package_version()} "
-            "cannot load"
+            f"{target}: was saved by {program_version}, whose results "
+            f"fegear {package_version()} cannot load"
         ) from None
 
 
-def _joined(arrays: Sequence[NDArray[Any]]) -> dict[str, Variable]:
+def _joined_by_type(arrays: Sequence[NDArray[Any]]) -> dict[str, Variable]:
     """One variable for all arrays of a type: thousands of them are slow to open."""
     by_type: dict[str, list[NDArray[Any]]] = {}
     for array in arrays:
@@ -164,10 +164,10 @@ def _joined(arrays: Sequence[NDArray[Any]]) -> dict[str, Variable]:
     }
 
 
-def _split(
+def _split_arrays(
     places: Sequence[tuple[str, int]], variables: Mapping[str, NDArray[Any]]
 ) -> Iterator[NDArray[Any]]:
-    """Arrays (n,) of `_joined` in order, from the type and the size of each."""
+    """Arrays (n,) of `_joined_by_type` in order, from the type and the size of each."""
     kinds = {kind: number for number, kind in enumerate(dict(places))}
     starts = dict.fromkeys(kinds, 0)
     for kind, size in places:
@@ -176,7 +176,7 @@ def _split(
         starts[kind] = start + size
 
 
-def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Any:
+def _restored_result(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Any:
     kind = class_of(tree["class"], _packages())
     if not (issubclass(kind, Result) and hasattr(kind, "page")):
         raise ValueError(f"{kind.__name__} is no result")
@@ -187,10 +187,10 @@ def _loaded(tree: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Any:
     shown = Shown(
         summary=decoder.value(tree["summary"]),
         tables={
-            name: _table(part, decoder, variables)
+            name: _restored_table(part, decoder, variables)
             for name, part in tree["tables"].items()
         },
-        page=[_part(decoder.value(part)) for part in tree["page"]],
+        page=[_restored_part(decoder.value(part)) for part in tree["page"]],
     )
     object.__setattr__(result, "_shown", shown)
     return result
@@ -228,11 +228,11 @@ def _plain_table(
         cells = [row[number] for row in rows]
         kinds = set(map(type, cells))
         if kinds in ({float}, {int}):
-            called = key if name == MAIN else f"{name}.{key}"
+            variable_name = key if name == MAIN else f"{name}.{key}"
             dimension = "row" if name == MAIN else f"{name}_row"
-            described = _attributes(command, name, key, table.header)
-            variables[called] = Variable(np.array(cells), dimension, described)
-            columns[key] = {"variable": called}
+            attributes = _attributes(command, name, key, table.header)
+            variables[variable_name] = Variable(np.array(cells), dimension, attributes)
+            columns[key] = {"variable": variable_name}
         else:
             columns[key] = {"items": encoder.plain(cells)}
     return {"columns": columns, "header": encoder.plain(dict(table.header))}
@@ -243,11 +243,13 @@ def _attributes(
 ) -> dict[str, str]:
     """Meaning and unit of a column by the conventions CF, which name no unit 1."""
     meaning, unit = meaning_and_unit(command, key, table, header)
-    described = {"long_name": meaning} if meaning else {}
-    return described | {"units": unit or "1"}
+    attributes = {"long_name": meaning} if meaning else {}
+    return attributes | {"units": unit or "1"}
 
 
-def _table(plain: Any, decoder: Decoder, variables: Mapping[str, Any]) -> Table:
+def _restored_table(
+    plain: Any, decoder: Decoder, variables: Mapping[str, Any]
+) -> Table:
     columns = {
         key: variables[part["variable"]].tolist()
         if "variable" in part
@@ -273,7 +275,7 @@ def _plain_part(part: str | RowTable | ColumnTable) -> Any:
     }
 
 
-def _part(plain: Any) -> str | RowTable | ColumnTable:
+def _restored_part(plain: Any) -> str | RowTable | ColumnTable:
     if isinstance(plain, str):
         return plain
     if "cells" not in plain:

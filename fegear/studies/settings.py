@@ -12,7 +12,8 @@ from contextvars import ContextVar
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
 from functools import lru_cache
 from itertools import chain
-from typing import Any, get_type_hints
+from types import UnionType
+from typing import Any, get_args, get_origin, get_type_hints
 
 from fegear.files.errors import InputError
 from lumped.common.options import Range, allowed_of, help_of
@@ -24,26 +25,20 @@ class Setting:
 
     text : that of the field itself where it is empty
     option : its name on the command line, that of the field where it is empty; a field
-        with `place` has none, it is found by its place; short : another one
-    flags : options without a value: name, value that it means, help; a field of
-        truth values that has some has no other option
+        with `place` has none, it is found by its place
     reads : whether it names files that are read; checkpoints depend on their content
     parse, write : convert text to a value and back, where types do not say how
     several : whether the option is repeated for a tuple of values that are read, of
         which a text may give more than one, as a tuple
-    one_or_list : whether one number is a list of one, or such a list is the number
     """
 
     text: str = ""
     allowed: Range | None = None
     option: str = ""
-    short: str = ""
     place: str = ""
     metavar: str | None = None
-    flags: tuple[tuple[str, Any, str], ...] = ()
     reads: bool = False
     several: bool = False
-    one_or_list: bool = False
     parse: Callable[[str], Any] | None = None
     write: Callable[[Any], str] = str  # of floats to the last bit
 
@@ -134,6 +129,11 @@ class ExposedField:
         return self.declared if isinstance(self.declared, SettingsGroup) else None
 
 
+def option_names(option: str) -> list[str]:
+    """An option, after its short name where it has one."""
+    return ["-o", option] if option == "--output" else [option]
+
+
 def parse_setting(member: ExposedField, text: str) -> Any:
     """Parse a setting from its command-line text."""
     parse = getattr(member.declared, "parse", None)
@@ -159,12 +159,15 @@ def _parsed_values(member: ExposedField, value: Any) -> tuple[Any, ...]:
 
 
 def read_value(member: ExposedField, value: Any) -> Any:
-    """A value of a setting, which may be given as text."""
+    """A value of a setting, which may be given as text, or of a group by its `of`."""
     declared = member.declared
+    if member.group is not None:
+        kind: Any = member.group.kind
+        converts = hasattr(kind, "of") and not isinstance(value, kind)
+        return kind.of(value) if converts else value
     if not isinstance(declared, Setting):
         return value
-    if declared.one_or_list:
-        value = _one_or_list(value, declared.several)
+    value = _as_one_or_several_values(value, member.kind)
     if declared.parse is None:
         return value
     if declared.several and isinstance(value, list | tuple):
@@ -188,22 +191,20 @@ def declared_fields(kind: Any) -> dict[str, Any]:
     What is found by its place comes first, then its settings, then groups; None for a
     dataclass with its own settings.
     """
-    declarations = dict[str, Any]()
-    ranks, hints = dict[str, int](), _type_hints(kind)
+    places, settings, groups = dict[str, Any](), dict[str, Any](), dict[str, Any]()
+    hints = _type_hints(kind)
     for member in fields(kind):
         declared = member.metadata.get("setting") or member.metadata.get("group")
-        inner = is_dataclass(hints[member.name])
-        if declared is None and not inner:
+        if declared is None and not is_dataclass(hints[member.name]):
             continue
-        settings = (
-            (declared,) if declared else declared_fields(hints[member.name]).values()
-        )
-        placed = any(getattr(setting, "place", "") for setting in settings)
-        declarations[member.name] = declared
-        ranks[member.name] = 0 if placed else 1 + (not isinstance(declared, Setting))
-    return {
-        name: declarations[name] for name in sorted(declarations, key=ranks.__getitem__)
-    }
+        inner = [declared] if declared else declared_fields(hints[member.name]).values()
+        if any(getattr(setting, "place", "") for setting in inner):
+            places[member.name] = declared
+        elif isinstance(declared, Setting):
+            settings[member.name] = declared
+        else:
+            groups[member.name] = declared
+    return places | settings | groups
 
 
 def exposed_fields(group: SettingsGroup) -> Iterator[ExposedField]:
@@ -239,17 +240,20 @@ def to_argv(settings: Any, group: SettingsGroup | None = None) -> list[str]:
         if declared.place:
             places += map(str, value if isinstance(value, tuple) else [value])
         elif value != member.default:
-            options += _written(declared.short or member.option, declared, value)
+            name = option_names(member.option)[0]
+            options += _option_words(name, declared, value)
     return [*places, *options]
 
 
-def _one_or_list(value: Any, several: bool) -> Any:
+def _as_one_or_several_values(value: Any, kind: Any) -> Any:
     """One number for a setting of several, and the only one of a list for one."""
-    if several:
+    kinds = get_args(kind) if isinstance(kind, UnionType) else (kind,)
+    if any(get_origin(one) is tuple and get_args(one)[1:] == (...,) for one in kinds):
         is_number = isinstance(value, int | float) and not isinstance(value, bool)
         return (value,) if is_number else value
+    takes_one = not any(get_origin(one) is tuple for one in kinds)
     is_list = isinstance(value, list | tuple) and len(value) == 1
-    return value[0] if is_list else value
+    return value[0] if is_list and takes_one else value
 
 
 def options_of(group: SettingsGroup) -> dict[str, str]:
@@ -269,25 +273,22 @@ def group_of(settings: Any) -> SettingsGroup:
     return SettingsGroup(kind=kind, exposed=declared_fields(kind))
 
 
-def _written(option: str, declared: Setting, value: Any) -> list[str]:
-    for flag, meant, _ in declared.flags:
-        if value == meant and type(value) is type(meant):
-            return [flag]
+def _option_words(option: str, declared: Setting, value: Any) -> list[str]:
     if isinstance(value, bool):
         return [option if value else option.replace("--", "--no-", 1)]
-    single = declared.parse is not None and not declared.several
-    values = value if isinstance(value, tuple) and not single else (value,)
-    return [word for element in values for word in (option, declared.write(element))]
+    is_one_word = declared.parse is not None and not declared.several
+    values = value if isinstance(value, tuple) and not is_one_word else (value,)
+    return [word for item in values for word in (option, declared.write(item))]
 
 
 def take_plain_values(settings: Any) -> None:
     """Lists and arrays become tuples, paths text, and numbers Python's."""
     for name, value in vars(settings).items():
-        if value is not (plain := _plain(value)):
+        if value is not (plain := _plain_value(value)):
             object.__setattr__(settings, name, plain)
 
 
-def _plain(value: Any) -> Any:
+def _plain_value(value: Any) -> Any:
     from lumped.common.checks import plain_numbers
 
     if isinstance(value, os.PathLike):
@@ -295,7 +296,7 @@ def _plain(value: Any) -> Any:
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, list | range) or type(value) is tuple:
-        return tuple(map(_plain, value))
+        return tuple(map(_plain_value, value))
     return plain_numbers(value)
 
 
@@ -317,7 +318,7 @@ def require_settings(settings: Any) -> None:
         for value in values if isinstance(values, tuple) else (values,):
             if is_number(value) and value not in allowed:
                 text = shown(value) if isinstance(value, float) else format_value(value)
-                raise InputError(f"{member.name} = {text}; allowed {allowed}")
+                raise InputError(f"{member.name} = {text}; must be {allowed}")
     try:
         require_fields(settings, infinite=infinite)
     except ValueError as error:
@@ -330,10 +331,10 @@ AS_OPTIONS = ContextVar("AS_OPTIONS", default=False)
 
 def display_name(settings: Any, name: str) -> str:
     """Name of a setting in messages: its option or its field."""
-    return _called(group_of(settings), name)
+    return _name_in_message(group_of(settings), name)
 
 
-def _called(group: SettingsGroup, name: str) -> str:
+def _name_in_message(group: SettingsGroup, name: str) -> str:
     return options_of(group).get(name, name) if AS_OPTIONS.get() else name
 
 
@@ -357,21 +358,18 @@ def refusal(
     group = group or group_of(settings)
     value, names = getattr(settings, name), options_of(group)
     value_text = "" if value is True else f" = {shown(value)}"
-    called = _called(group, name)
-    for flag, meant, _ in getattr(group.exposed.get(name), "flags", ()):
-        if AS_OPTIONS.get() and value == meant:
-            called, value_text = flag, ""
-    reason = reason.format_map({key: _called(group, key) for key in names})
-    return InputError(f"{called}{value_text}; {reason}")
+    name_in_message = _name_in_message(group, name)
+    reason = reason.format_map({key: _name_in_message(group, key) for key in names})
+    return InputError(f"{name_in_message}{value_text}; {reason}")
 
 
-def refuse_given(
+def refuse_non_default(
     settings: Any, names: Sequence[str], reason: str, group: SettingsGroup
 ) -> None:
     """Refuse the settings that are not the default; see `refusal`."""
-    usual = group.kind() if group.default is None else group.default
+    default_settings = group.kind() if group.default is None else group.default
     for name in names:
-        if getattr(settings, name) != getattr(usual, name):
+        if getattr(settings, name) != getattr(default_settings, name):
             raise refusal(settings, name, reason, group)
 
 

@@ -92,19 +92,8 @@ class Study(metaclass=_StudyType):
     def __post_init__(self) -> None:
         take_plain_values(self)
         for member in exposed_fields(group_of(self)):
-            value, declared = (
-                read_value(member, getattr(self, member.name)),
-                member.group,
-            )
+            value = read_value(member, getattr(self, member.name))
             object.__setattr__(self, member.name, value)
-            if declared is None or isinstance(value, declared.kind):
-                continue
-            kind: Any = declared.kind
-            names = [f.name for f in fields(kind)]
-            if isinstance(value, str) and "name" in names:  # a name in its place
-                object.__setattr__(self, member.name, kind(name=value))
-            elif hasattr(kind, "of"):
-                object.__setattr__(self, member.name, kind.of(value))
         require_settings(self)
         refuse_unused_settings(self, group_of(self))
 

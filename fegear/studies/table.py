@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -57,6 +58,32 @@ class Table:
         """
         lists = [np.asarray(column).tolist() for column in columns.values()]
         return cls(tuple(columns), lambda: zip(*lists, strict=True), header)
+
+    @classmethod
+    def of_rows(
+        cls,
+        rows: Sequence[Mapping[str, Any]],
+        header: Mapping[str, str] = MappingProxyType({}),
+        names: Sequence[str] = (),
+    ) -> Table:
+        """Rows with the same keys as a table.
+
+        Parameters
+        ----------
+        rows : sequence of mapping of str
+            Values by the name of the column, all in the same order.
+        header : mapping of str to str, optional
+            Entries of the lines above the names of the columns.
+        names : sequence of str, optional
+            Names of the columns where there is no row.
+
+        Returns
+        -------
+        Table
+            Table with a row for each.
+        """
+        keys = tuple(rows[0]) if rows else tuple(names)
+        return cls(keys, lambda: [tuple(row.values()) for row in rows], header)
 
     def csv(self) -> str:
         """The table as CSV text with its header.

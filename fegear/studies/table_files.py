@@ -60,7 +60,7 @@ def write_result(result: Saved, path: str | Path) -> None:
         save(result, target)
     elif kind in WRITERS:
         _ = result.table  # InputError where there is none
-        _write(target, result.study.command, dict(tables_of(result)))
+        _write_tables(target, result.study.command, dict(tables_of(result)))
     else:
         write_text(target, result.table.csv())
 
@@ -73,12 +73,12 @@ def write_table(result: Tabled, path: str | Path, name: str) -> None:
     if name not in tables:
         raise InputError(f"name = {name}; tables are {', '.join(tables) or 'none'}")
     if target.suffix.lower() in WRITERS:
-        _write(target, result.study.command, {name: tables[name]})
+        _write_tables(target, result.study.command, {name: tables[name]})
     else:
         write_text(target, tables[name].csv())
 
 
-def _write(path: Path, command: str, tables: Mapping[str, Table]) -> None:
+def _write_tables(path: Path, command: str, tables: Mapping[str, Table]) -> None:
     described = {name: describe(command, name, t) for name, t in tables.items()}
     WRITERS[path.suffix.lower()](path, command, described)
 
@@ -100,7 +100,7 @@ def columns_of(table: Table) -> dict[str, NDArray[Any]]:
 
 def _column(cells: Iterable[Any]) -> NDArray[Any]:
     """Doubles where all cells that are not empty are numbers, texts otherwise."""
-    values = np.array([_plain(cell) for cell in cells], dtype=object)
+    values = np.array([_plain_cell(cell) for cell in cells], dtype=object)
     kinds = {type(value) for value in values if value is not None and value != ""}
     if kinds == {bool} and None not in values:
         return values.astype(bool)
@@ -109,7 +109,7 @@ def _column(cells: Iterable[Any]) -> NDArray[Any]:
     return np.array(["" if value is None else str(value) for value in values], str)
 
 
-def _plain(cell: Any) -> Any:
+def _plain_cell(cell: Any) -> Any:
     return cell.item() if isinstance(cell, np.generic) else cell
 
 
@@ -119,17 +119,17 @@ def _write_matlab(
     """A struct of columns for each table, and structs of their units and meanings."""
     variables: dict[str, Any] = {}
     for name, table in tables.items():
-        called = matlab_names([name])[name]
-        prefix = "" if name == MAIN else f"{called}_"
+        table_name = matlab_names([name])[name]
+        prefix = "" if name == MAIN else f"{table_name}_"
         fields = matlab_names(table.columns)
         columns = {
             field: matlab_column(table.columns[key]) for key, field in fields.items()
         }
         texts = {"units": table.units, "meaning": table.meanings, "names": fields}
-        variables[called] = columns
+        variables[table_name] = columns
         for suffix, values in texts.items():
-            described = dict(zip(fields.values(), values, strict=True))
-            variables[f"{prefix}{suffix}"] = described
+            described_table = dict(zip(fields.values(), values, strict=True))
+            variables[f"{prefix}{suffix}"] = described_table
         rows = [[key, str(text)] for key, text in table.header.items()]
         variables[f"{prefix}header"] = text_cells(rows)
         lookup = lookup_of(table)
@@ -194,12 +194,14 @@ def _write_hdf5(path: Path, command: str, tables: Mapping[str, DescribedTable]) 
     groups = {}
     attributes = {"made_with": f"fegear {package_version()}, {command}"}
     for name, table in tables.items():
-        described = zip(table.columns.items(), table.units, table.meanings, strict=True)
+        described_table = zip(
+            table.columns.items(), table.units, table.meanings, strict=True
+        )
         groups[name] = {
             key: DataArray(
                 values, ("row",), {"units": unit or "1", "long_name": meaning}
             )
-            for (key, values), unit, meaning in described
+            for (key, values), unit, meaning in described_table
         }
         attributes |= table.entries
     write_data_set(path, attributes, groups)

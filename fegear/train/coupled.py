@@ -12,30 +12,37 @@ from scipy.interpolate import PchipInterpolator
 
 from fegear.dynamics.body_modes import (
     body_modes,
-    gears_modes,
+    lowest_modes_of_gears,
     static_inertias,
     with_body_modes,
 )
 from fegear.dynamics.cross_mesh import cross_mesh_compliance
 from fegear.dynamics.elastic import ElasticGear
-from fegear.dynamics.mesh_load_curves import all_mesh_load_curves, equal_tables
+from fegear.dynamics.mesh_load_curves import all_mesh_load_curves, tables_of_equal_teeth
 from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import ContactSide, MeshLoadCurves, contact_sides
 from fegear.dynamics.table_load_curves import all_table_load_curves
 from fegear.elasticity.cache import cached_body
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT, CyclicSector
+from fegear.gearset.faults.checks import with_equal_teeth
 from fegear.gearset.inertia import (
     require_inertia_beyond_springs,
     require_inertia_of_bodies,
 )
 from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import without_pitch_errors
+from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.given_tables import GivenTables
 from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped.common.array_types import Array
 from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
+
+TABLE_TORQUES = 0.125, 0.25, 0.5, 1.0, 2.0, 4.0  # over that of a mesh
+TABLE_POSITIONS = 64  # of a mesh cycle
 
 
 @lru_cache(maxsize=64)  # equal gears, and all torques
@@ -63,28 +70,48 @@ def coupled_contacts(
     retained : mask of the body modes to choose, where it is known
     """
     if "body" not in without:
-        otherwise = "the coupled model without body counts none of it"
-        require_inertia_of_bodies(gear_set, otherwise)
-        require_inertia_beyond_springs(gear_set, otherwise)
+        alternative = "the coupled model without body counts none of it"
+        require_inertia_of_bodies(gear_set, alternative)
+        require_inertia_beyond_springs(gear_set, alternative)
     settings = excitations.statics
     if isinstance(excitations, GivenTables):
         load_curves = all_table_load_curves(gear_set, torque, excitations, without)
+    elif any(mesh.varies_over_width for mesh in gear_set.meshes):
+        source = _tables_over_torques(gear_set, torque, settings)
+        load_curves = all_table_load_curves(gear_set, torque, source, without)
     else:
-        tables = equal_tables(gear_set, torque, excitations)
+        tables = tables_of_equal_teeth(gear_set, torque, excitations)
         load_curves = all_mesh_load_curves(gear_set, tables, settings)
-    contacts = contacts_of(gear_set, reference, load_curves, settings)
+    contacts = contacts_from_load_curves(gear_set, reference, load_curves, settings)
     if "body" not in without:
         sides = contact_sides(gear_set, load_curves)
-        gear_mode_sets = gears_modes(gear_set, settings, reference)
+        gear_mode_sets = lowest_modes_of_gears(gear_set, settings, reference)
         modes = body_modes(gear_set, reference, sides, gear_mode_sets)
-        static = static_inertias(gear_set, sides, settings)
+        mesh_inertias = static_inertias(gear_set, sides, settings)
         contacts = with_body_modes(
-            gear_set, contacts, reference, modes, static, retained
+            gear_set, contacts, reference, modes, mesh_inertias, retained
         )
     return replace(contacts, without=without)
 
 
-def contacts_of(
+def _tables_over_torques(
+    gear_set: GearSet, torque: float, settings: StaticsSettings
+) -> GivenTables:
+    """Tables of all meshes from which load curves follow; torque : on the input [N m].
+
+    Where loads vary over the face width no pair is solved alone.
+    """
+    fewer = replace(settings, positions=min(settings.positions, TABLE_POSITIONS))
+    set_of_equal_teeth = with_equal_teeth(without_pitch_errors(gear_set))
+    tables = []
+    for mesh, mesh_torque in enumerate(mesh_torques_at(gear_set, torque)):
+        torques = [factor * mesh_torque for factor in TABLE_TORQUES]
+        solved = solve_mesh(set_of_equal_teeth, mesh, torques, fewer)
+        tables.append((f"finite elements of mesh {mesh + 1}", solved.table))
+    return GivenTables(tuple(tables))
+
+
+def contacts_from_load_curves(
     gear_set: GearSet,
     reference: LumpedSystem,
     load_curves: Sequence[MeshLoadCurves],
@@ -101,12 +128,12 @@ def contacts_of(
     model = dynamic_model(
         gear_set, reference, load_curves, no_elastic_gears, cross_mesh
     )
-    moving, modes = reference.moving, reference.modes
+    is_moving, modes = reference.moving, reference.modes
     rotation_shapes = [modes.rotation_of(g) for g in range(len(no_elastic_gears))]
     reliefs = [
         cached_inertia_relief(settings.sector(g), g.density) for g in gear_set.gears
     ]
-    inertial = np.concatenate(
+    inertia_rows = np.concatenate(
         [_inertia_rows(side, reliefs, rotation_shapes) for side in model.sides]
     )
     widths = [gear.face_width for gear in gear_set.gears]
@@ -118,13 +145,15 @@ def contacts_of(
         contacts=model.contacts,
         mesh_of=model.jacobian.mesh_of,
         pairs=np.array([pair for _, pair, _ in model.contact_labels]),
-        paths=np.array([mesh.pair.path for mesh in gear_set.meshes]),
-        rows=np.ascontiguousarray(model.jacobian.normal[..., moving]),
+        paths=np.array(
+            [gear_set.engagement(mesh) for mesh in range(len(gear_set.meshes))]
+        ),
+        rows=np.ascontiguousarray(model.jacobian.normal[..., is_moving]),
         penetration_rate=np.concatenate(
             [_penetration_rate(side, gear_set) for side in model.sides]
         ),
-        inertia_rows=inertial[..., moving],
-        work=work[np.ix_(moving, moving)],
+        inertia_rows=inertia_rows[..., is_moving],
+        work=work[np.ix_(is_moving, is_moving)],
     )
 
 
@@ -136,10 +165,10 @@ def _penetration_rate(side: ContactSide, gear_set: GearSet) -> Array:
     )
 
 
-def _read(relief: InertiaRelief, values: Array, arcs: Array) -> Array:
+def _interpolate_over_arcs(relief: InertiaRelief, values: Array, arcs: Array) -> Array:
     """Values (n,) of a flank's points at arcs (...), not beyond the points."""
-    inside = np.clip(arcs, relief.arcs[0], relief.arcs[-1])
-    return np.asarray(PchipInterpolator(relief.arcs, values)(inside))
+    arcs_within = np.clip(arcs, relief.arcs[0], relief.arcs[-1])
+    return np.asarray(PchipInterpolator(relief.arcs, values)(arcs_within))
 
 
 def _inertia_rows(
@@ -148,13 +177,15 @@ def _inertia_rows(
     rotation_shapes: Sequence[Array],
 ) -> Array:
     """Penetration (k, p + 1, n) of a side's contacts, see `CoupledContacts`."""
-    parts = []
+    rows_by_gear = []
     for g in side.gears:
         relief, arcs = reliefs[g], side.arcs(g)
         sine = side.load_curves.turn[..., side.gears.index(g)]
-        inward = np.sqrt(1.0 - sine**2) * _read(relief, relief.inward, arcs)
-        inward += sine * _read(relief, relief.rootward, arcs)
+        inward = np.sqrt(1.0 - sine**2) * _interpolate_over_arcs(
+            relief, relief.inward, arcs
+        )
+        inward += sine * _interpolate_over_arcs(relief, relief.rootward, arcs)
         # a clockwise load presses right flanks inward and left flanks outward
         mirror = 1.0 if side.flank == RIGHT else -1.0
-        parts.append(mirror * inward.T[:, :, None] * rotation_shapes[g])
-    return parts[0] + parts[1]
+        rows_by_gear.append(mirror * inward.T[:, :, None] * rotation_shapes[g])
+    return rows_by_gear[0] + rows_by_gear[1]

@@ -40,15 +40,15 @@ def system_of_modes(
     reason : str
         Reason for the choice of its model.
     """
-    chosen = LumpedModel(
+    chosen_model = LumpedModel(
         number="auto",
         translations=model.translations,
         bearings="linear",
         damping_ratio=model.damping_ratio,
-        stiffness=model.stiffness,
+        excitation=model.excitation,
     )
-    chosen, reason = resolve_model(chosen, gear_set)
-    return lumped_system(gear_set, torque, chosen), reason
+    chosen_model, reason = resolve_model(chosen_model, gear_set)
+    return lumped_system(gear_set, torque, chosen_model), reason
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,19 +93,19 @@ def linear_model_of_springs(modes: Modes, damping_ratio: float) -> LinearModel:
     LinearModel
         Matrices in the coordinates of the train.
     """
-    space, held = modes.coordinates, modes.angular > 0.0
-    load = modes.shapes[:, held].T @ space.load
-    displacement = modes.shapes[:, held] @ (load / modes.angular[held] ** 2)
+    coordinates, is_held = modes.coordinates, modes.angular > 0.0
+    load = modes.shapes[:, is_held].T @ coordinates.load
+    displacement = modes.shapes[:, is_held] @ (load / modes.angular[is_held] ** 2)
     return LinearModel(
-        labels=space.labels,
-        mass=np.diag(space.mass),
+        labels=coordinates.labels,
+        mass=np.diag(coordinates.mass),
         damping=modes.damping_matrix(damping_ratio),
         stiffness=modes.stiffness_matrix,
-        load=space.load,
+        load=coordinates.load,
         displacement=displacement,
-        mesh_rows=space.mesh_rows,
+        mesh_rows=coordinates.mesh_rows,
         mesh_stiffness=modes.mean_stiffness,
-        mesh_force=modes.mean_stiffness * (space.mesh_rows @ displacement),
+        mesh_force=modes.mean_stiffness * (coordinates.mesh_rows @ displacement),
         frequency_Hz=modes.frequency_Hz,
     )
 
@@ -124,35 +124,43 @@ def linear_model(system: LumpedSystem) -> LinearModel:
         Matrices whose natural frequencies are those of `modes_under_load`.
     """
     arrays = require_present(system.coupled_arrays, "coupled model")
-    loaded = require_present(system.loaded, "loaded state")
-    fixed = _fixed(system)
-    to_unit = np.linalg.inv(_coordinates(system))
-    still = system.modes.angular[fixed]
+    loaded_state = require_present(system.loaded, "loaded state")
+    fixed_modes = _fixed_modes(system)
+    to_modal = np.linalg.inv(_coordinate_shapes(system))
+    fixed_angular = system.modes.angular[fixed_modes]
 
-    def in_coordinates(of_fixed: Array, of_moving: Array) -> Array:
-        size = fixed.size
-        matrix = np.zeros((len(to_unit), len(to_unit)))
-        matrix[:size, :size] = np.diag(of_fixed)
-        matrix[size:, size:] = of_moving
-        return np.asarray(to_unit.T @ matrix @ to_unit)
+    def in_coordinates(fixed_diagonal: Array, moving_matrix: Array) -> Array:
+        size = fixed_modes.size
+        matrix = np.zeros((len(to_modal), len(to_modal)))
+        matrix[:size, :size] = np.diag(fixed_diagonal)
+        matrix[size:, size:] = moving_matrix
+        return np.asarray(to_modal.T @ matrix @ to_modal)
 
-    rotation = loaded.coordinates[:-1].mean(axis=0)
-    at_rest = np.concatenate([_fixed_displacement(system), rotation])
-    load, modes = loaded.load[:-1].mean(axis=0), modes_under_load(system)
+    mean_coordinates = loaded_state.coordinates[:-1].mean(axis=0)
+    displacement_at_rest = np.concatenate(
+        [_displacement_of_fixed_modes(system), mean_coordinates]
+    )
+    contact_load, modes = loaded_state.load[:-1].mean(axis=0), modes_under_load(system)
     meshes = range(len(system.excitations))
     return LinearModel(
-        labels=_labels(system),
-        mass=in_coordinates(np.ones(fixed.size), np.eye(len(to_unit) - fixed.size)),
-        damping=in_coordinates(
-            2.0 * system.train.damping_ratio * still, arrays.damping
+        labels=_coordinate_labels(system),
+        mass=in_coordinates(
+            np.ones(fixed_modes.size), np.eye(len(to_modal) - fixed_modes.size)
         ),
-        stiffness=in_coordinates(still**2, loaded.springs + loaded.meshes.sum(axis=0)),
+        damping=in_coordinates(
+            2.0 * system.train.damping_ratio * fixed_angular, arrays.damping
+        ),
+        stiffness=in_coordinates(
+            fixed_angular**2, loaded_state.springs + loaded_state.meshes.sum(axis=0)
+        ),
         load=modes.coordinates.load,
-        displacement=_coordinates(system) @ at_rest,
+        displacement=_coordinate_shapes(system) @ displacement_at_rest,
         mesh_rows=modes.coordinates.mesh_rows,
         mesh_stiffness=modes.mean_stiffness,
         frequency_Hz=modes.frequency_Hz,
-        mesh_force=np.array([load[loaded.mesh_of == m].sum() for m in meshes]),
+        mesh_force=np.array(
+            [contact_load[loaded_state.mesh_of == m].sum() for m in meshes]
+        ),
     )
 
 
@@ -172,23 +180,29 @@ def modes_under_load(system: LumpedSystem) -> Modes:
         Modes in the coordinates of the train and of the vibration of the bodies.
     """
     contacts = require_present(system.contacts, "coupled model")
-    loaded = require_present(system.loaded, "loaded state")
-    modes, fixed = system.modes, _fixed(system)
+    loaded_state = require_present(system.loaded, "loaded state")
+    modes, fixed_modes = system.modes, _fixed_modes(system)
     bodies, space = contacts.body_modes, modes.coordinates
     # of bodies that yield as they do at rest, without loads by their inertia
-    without = tuple({*contacts.without, "body"})
-    at_rest = replace(system, contacts=replace(contacts, modes=None, without=without))
-    still = require_present(at_rest.loaded, "loaded state")
-    strains = system.arrays.shapes
-    modal_stiffness = np.einsum("mi,mij,mj->m", strains, still.meshes, strains)
-    frequency = np.concatenate([modes.frequency_Hz[fixed], loaded.frequency_Hz])
-    order = np.argsort(frequency, kind="stable")
-    shapes = _of_all(fixed.size, loaded.shapes)[:, order]
-    hubs = (bodies.to_unit @ loaded.shapes)[: system.moving.size]
+    left_out_parts = tuple({*contacts.without, "body"})
+    system_without_inertia = replace(
+        system, contacts=replace(contacts, modes=None, without=left_out_parts)
+    )
+    static_state = require_present(system_without_inertia.loaded, "loaded state")
+    mesh_deflections = system.arrays.shapes
+    modal_stiffness = np.einsum(
+        "mi,mij,mj->m", mesh_deflections, static_state.meshes, mesh_deflections
+    )
+    frequency = np.concatenate(
+        [modes.frequency_Hz[fixed_modes], loaded_state.frequency_Hz]
+    )
+    mode_order = np.argsort(frequency, kind="stable")
+    shapes = _shapes_of_all_modes(fixed_modes.size, loaded_state.shapes)[:, mode_order]
+    hubs = (bodies.to_unit @ loaded_state.shapes)[: system.moving.size]
     return Modes(
         coordinates=replace(
             space,
-            labels=_labels(system),
+            labels=_coordinate_labels(system),
             mass=np.append(space.mass, np.ones(bodies.count)),
             load=np.append(space.load, np.zeros(bodies.count)),
             mesh_rows=np.pad(space.mesh_rows, ((0, 0), (0, bodies.count))),
@@ -196,13 +210,15 @@ def modes_under_load(system: LumpedSystem) -> Modes:
             gyroscopic=np.pad(space.gyroscopic, (0, bodies.count)),
             centripetal=np.pad(space.centripetal, (0, bodies.count)),
         ),
-        mean_stiffness=modal_stiffness / (strains**2).sum(axis=1) ** 2,
-        frequency_Hz=frequency[order],
-        shapes=_coordinates(system) @ shapes,
-        mesh_shapes=np.hstack([modes.mesh_shapes[:, fixed], strains @ hubs])[:, order],
-        mesh_energy=np.hstack([modes.mesh_energy[:, fixed], loaded.mesh_energy])[
-            :, order
-        ],
+        mean_stiffness=modal_stiffness / (mesh_deflections**2).sum(axis=1) ** 2,
+        frequency_Hz=frequency[mode_order],
+        shapes=_coordinate_shapes(system) @ shapes,
+        mesh_shapes=np.hstack(
+            [modes.mesh_shapes[:, fixed_modes], mesh_deflections @ hubs]
+        )[:, mode_order],
+        mesh_energy=np.hstack(
+            [modes.mesh_energy[:, fixed_modes], loaded_state.mesh_energy]
+        )[:, mode_order],
     )
 
 
@@ -221,9 +237,11 @@ def mesh_stiffness_of_modes(system: LumpedSystem, modes: Modes) -> Array:
     (m, n, n) array
         Stiffness [1/s2].
     """
-    loaded = require_present(system.loaded, "loaded state")
-    in_unit = np.linalg.solve(_coordinates(system), modes.shapes)[_fixed(system).size :]
-    return np.asarray(in_unit.T @ loaded.meshes @ in_unit)
+    loaded_state = require_present(system.loaded, "loaded state")
+    modal_shapes = np.linalg.solve(_coordinate_shapes(system), modes.shapes)[
+        _fixed_modes(system).size :
+    ]
+    return np.asarray(modal_shapes.T @ loaded_state.meshes @ modal_shapes)
 
 
 def averages_of_modes(system: LumpedSystem, modes: Modes) -> list[float | None]:
@@ -246,57 +264,66 @@ def averages_of_modes(system: LumpedSystem, modes: Modes) -> list[float | None]:
     """
     from scipy.optimize import linear_sum_assignment
 
-    rigid, moving = system.modes, system.moving
+    rigid_modes, moving = system.modes, system.moving
     bodies = require_present(system.contacts, "coupled model").body_modes
-    hubs, of_bodies = np.split(modes.shapes, [rigid.coordinates.mass.size])
+    hub_shapes, body_shapes = np.split(
+        modes.shapes, [rigid_modes.coordinates.mass.size]
+    )
     # mean motions of hubs and bodies, in which the momentum is that of rigid gears
-    mean = rigid.shapes.T @ (rigid.coordinates.mass[:, None] * hubs)
-    mean[moving] += bodies.coupling.T @ of_bodies
-    likeness = mean**2
-    of_rigid, of_loaded = linear_sum_assignment(-likeness)
+    mean_motion = rigid_modes.shapes.T @ (
+        rigid_modes.coordinates.mass[:, None] * hub_shapes
+    )
+    mean_motion[moving] += bodies.coupling.T @ body_shapes
+    likeness = mean_motion**2
+    rigid_indices, loaded_indices = linear_sum_assignment(-likeness)
     averages: list[float | None] = [None] * modes.frequency_Hz.size
-    for i, j in zip(of_rigid.tolist(), of_loaded.tolist(), strict=True):
-        averages[j] = float(rigid.frequency_Hz[i])
+    for i, j in zip(rigid_indices.tolist(), loaded_indices.tolist(), strict=True):
+        averages[j] = float(rigid_modes.frequency_Hz[i])
     return averages
 
 
-def _fixed(system: LumpedSystem) -> NDArray[np.intp]:
+def _fixed_modes(system: LumpedSystem) -> NDArray[np.intp]:
     """Modes that strain no mesh, which take no part in motions."""
     return np.setdiff1d(np.arange(system.modes.frequency_Hz.size), system.moving)
 
 
-def _coordinates(system: LumpedSystem) -> Array:
+def _coordinate_shapes(system: LumpedSystem) -> Array:
     """Displacement (n, n) of hubs and bodies per modal coordinate of unit mass.
 
     Coordinates are the modes that strain no mesh, then those of the coupled model.
     """
     bodies = require_present(system.contacts, "coupled model").body_modes
-    modes, fixed, moving = system.modes, _fixed(system), system.moving
+    modes, fixed_modes, moving = system.modes, _fixed_modes(system), system.moving
     hubs = modes.shapes[:, moving] @ bodies.to_unit[: moving.size]
-    none = np.zeros((bodies.count, fixed.size))
+    no_displacement = np.zeros((bodies.count, fixed_modes.size))
     return np.block(
-        [[modes.shapes[:, fixed], hubs], [none, bodies.to_unit[moving.size :]]]
+        [
+            [modes.shapes[:, fixed_modes], hubs],
+            [no_displacement, bodies.to_unit[moving.size :]],
+        ]
     )
 
 
-def _of_all(fixed: int, shapes: Array) -> Array:
+def _shapes_of_all_modes(n_fixed: int, shapes: Array) -> Array:
     """Shapes (n, n) of all modes, of which the first strain no mesh."""
-    size = fixed + len(shapes)
-    every = np.zeros((size, size))
-    every[:fixed, :fixed] = np.eye(fixed)
-    every[fixed:, fixed:] = shapes
-    return every
+    size = n_fixed + len(shapes)
+    all_shapes = np.zeros((size, size))
+    all_shapes[:n_fixed, :n_fixed] = np.eye(n_fixed)
+    all_shapes[n_fixed:, n_fixed:] = shapes
+    return all_shapes
 
 
-def _fixed_displacement(system: LumpedSystem) -> Array:
+def _displacement_of_fixed_modes(system: LumpedSystem) -> Array:
     """Displacement at rest of modes that strain no mesh, without free motions."""
-    modes, fixed = system.modes, _fixed(system)
-    load = modes.shapes[:, fixed].T @ modes.coordinates.load
-    squares = modes.angular[fixed] ** 2
-    return np.divide(load, squares, out=np.zeros_like(load), where=squares > 0.0)
+    modes, fixed_modes = system.modes, _fixed_modes(system)
+    load = modes.shapes[:, fixed_modes].T @ modes.coordinates.load
+    squared_angular = modes.angular[fixed_modes] ** 2
+    return np.divide(
+        load, squared_angular, out=np.zeros_like(load), where=squared_angular > 0.0
+    )
 
 
-def _labels(system: LumpedSystem) -> tuple[tuple[str, str], ...]:
+def _coordinate_labels(system: LumpedSystem) -> tuple[tuple[str, str], ...]:
     """Names of coordinates: of the train, then of the bodies' vibration."""
     bodies = require_present(system.contacts, "coupled model").body_modes
     names = [_body_name(system, i) for i in range(bodies.count)]

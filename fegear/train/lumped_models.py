@@ -39,7 +39,7 @@ from lumped.train.rolling_supports import without_rolling_bearings
 from lumped.train.system import LumpedSystem
 from lumped.train.table import pair_names
 
-RATIO = "friction_bending_ratio"  # column of a mesh table
+FRICTION_BENDING_COLUMN = "friction_bending_ratio"  # column of a mesh table
 
 
 @public
@@ -89,28 +89,30 @@ def lumped_system(
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     if model.bearings == "linear":
         train = without_rolling_bearings(train)
-    on_meshes = mesh_torques_at(gear_set, torque)
-    driven = tuple(
+    mesh_torques = mesh_torques_at(gear_set, torque)
+    mesh_excitations = tuple(
         source.mesh_excitation(gear_set, mesh, on_mesh, model.springs)
-        for mesh, on_mesh in enumerate(on_meshes)
+        for mesh, on_mesh in enumerate(mesh_torques)
     )
-    gaps = position_gaps(gear_set, train).tolist()
+    position_error_gaps = position_gaps(gear_set, train).tolist()
     references = tuple(
         reference and replace(reference, gap=gap)
         for reference, gap in zip(
-            rest_references(gear_set, on_meshes, source, model, driven),
-            gaps,
+            rest_references(gear_set, mesh_torques, source, model, mesh_excitations),
+            position_error_gaps,
             strict=True,
         )
     )
-    driven = tuple(map(with_gap, driven, gaps))
+    mesh_excitations = tuple(map(with_gap, mesh_excitations, position_error_gaps))
     friction: tuple[ToothFriction, ...] = ()
     try:
         if model.friction:
-            ratios = bending_ratios(gear_set, on_meshes, source, model)
+            ratios = bending_ratios(gear_set, mesh_torques, source, model)
             friction = tuple(map(model.tooth_friction, ratios))
-            driven = tuple(map(with_bending, driven, friction))
-        system = LumpedSystem(train, driven, friction=friction, references=references)
+            mesh_excitations = tuple(map(with_bending, mesh_excitations, friction))
+        system = LumpedSystem(
+            train, mesh_excitations, friction=friction, references=references
+        )
         if friction and model.torque_of == "input":
             system = with_losses(gear_set, system)
     except (TrainError, ValueError) as error:
@@ -129,7 +131,7 @@ def lumped_system(
 
 def rest_references(
     gear_set: GearSet,
-    on_meshes: Sequence[float],
+    mesh_torques: Sequence[float],
     source: ExcitationSource,
     model: LumpedModel,
     excitations: Sequence[MeshExcitation],
@@ -138,29 +140,33 @@ def rest_references(
 
     None for a mesh without load, or whose stiffness comes from no table.
 
-    on_meshes : torques on the drivers [N m]
+    mesh_torques : torques on the drivers [N m]
     excitations : of the meshes, without friction
     """
-    of_pairs = model.number not in (2, 3)
-    equal = without_pitch_errors(gear_set) if of_pairs else gear_set
+    has_pair_stiffness = model.number not in (2, 3)
+    set_without_errors = (
+        without_pitch_errors(gear_set) if has_pair_stiffness else gear_set
+    )
     references: list[RestReference | None] = []
     for mesh, (torque, excitation) in enumerate(
-        zip(on_meshes, excitations, strict=True)
+        zip(mesh_torques, excitations, strict=True)
     ):
         table = None
         if isinstance(source, GivenTables):
             table = source.tables[mesh][1]
-        elif isinstance(source, Excitations) and source.source.kind == "fe":
-            table = source.table(equal, mesh, torque)
-        error = None
+        elif isinstance(source, Excitations) and source.settings.kind == "fe":
+            table = source.table(set_without_errors, mesh, torque)
+        static_error = None
         if torque > 0.0 and table is not None and "ste_m" in table.columns:
-            error = column_at_torque(table, "ste_m", torque)
-        if error is None or not np.isfinite(error).all():
+            static_error = column_at_torque(table, "ste_m", torque)
+        if static_error is None or not np.isfinite(static_error).all():
             references.append(None)
             continue
         force = torque / gear_set.meshes[mesh].pair.driver_arm
-        nominal = remove_pitch_errors(excitation) if of_pairs else excitation
-        references.append(RestReference(force, error, nominal))
+        nominal_excitation = (
+            remove_pitch_errors(excitation) if has_pair_stiffness else excitation
+        )
+        references.append(RestReference(force, static_error, nominal_excitation))
     return tuple(references)
 
 
@@ -177,33 +183,35 @@ def with_losses(gear_set: GearSet, system: LumpedSystem) -> LumpedSystem:
 
 def bending_ratios(
     gear_set: GearSet,
-    on_meshes: Sequence[float],
+    mesh_torques: Sequence[float],
     source: ExcitationSource,
     model: LumpedModel,
 ) -> list[BendingRatio]:
     """Friction-bending ratios of the meshes: as the model gives them, else from the
     mesh tables.
 
-    on_meshes : torques on their drivers [N m]
+    mesh_torques : torques on their drivers [N m]
     Raises InputError where the stiffness comes from no table that has them.
     """
     if isinstance(model.bending, float | int):
-        return [model.bending] * len(on_meshes)
+        return [model.bending] * len(mesh_torques)
     ratios: list[BendingRatio] = []
-    for mesh, torque in enumerate(on_meshes):
+    for mesh, torque in enumerate(mesh_torques):
         if isinstance(source, GivenTables):
             table = source.tables[mesh][1]
-        elif isinstance(source, Excitations) and source.source.kind == "fe":
+        elif isinstance(source, Excitations) and source.settings.kind == "fe":
             table = source.table(gear_set, mesh, torque)
         else:
             raise InputError(
                 "bending is missing; the friction-bending ratio comes from mesh tables "
                 "by finite elements, of other excitations it must be given"
             )
-        needed = [RATIO]
+        needed_columns = [FRICTION_BENDING_COLUMN]
         if model.bending == "cycle":
-            needed = pair_names(table, RATIO) or [f"pair1_{RATIO}"]
-        for name in needed:
+            needed_columns = pair_names(table, FRICTION_BENDING_COLUMN) or [
+                f"pair1_{FRICTION_BENDING_COLUMN}"
+            ]
+        for name in needed_columns:
             if name not in table.columns:
                 raise InputError(
                     f"bending is missing; mesh table {mesh + 1} has no column {name}"
@@ -211,7 +219,9 @@ def bending_ratios(
         if model.bending == "cycle":
             ratios.append(bending_along_path(table, torque))
         else:
-            ratios.append(float(column_at_torque(table, RATIO, torque).mean()))
+            ratios.append(
+                float(column_at_torque(table, FRICTION_BENDING_COLUMN, torque).mean())
+            )
     return ratios
 
 
@@ -220,9 +230,11 @@ def require_physical(gear_set: GearSet, torque: float, system: LumpedSystem) -> 
 
     torque : on the input gear [N m]
     """
-    rest = abs(system.static_deflection)
-    where = f" at {torque:g} N m on the input gear"
-    for warning in mesh_warnings(gear_set.meshes, where, rest, 0.0 * rest):
+    rest_deflections = abs(system.static_deflection)
+    load_text = f" at {torque:g} N m on the input gear"
+    for warning in mesh_warnings(
+        gear_set.meshes, load_text, rest_deflections, 0.0 * rest_deflections
+    ):
         raise InputError(f"{gear_set.name}: {warning}")
 
 

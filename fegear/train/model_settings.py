@@ -11,8 +11,8 @@ from fegear.gearset.inertia import require_inertia_of_bodies
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.statics.excitation import Excitations, ExcitationSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.given_tables import GivenTables
-from fegear.statics.stiffness_source import StiffnessSource
 from lumped.common.checks import require_choice, require_fields
 from lumped.common.options import Range, documented, option
 from lumped.steady.integration_settings import Method
@@ -73,8 +73,8 @@ class LumpedModel:
         "0.04]",
         Range(0.0, below=1.0),
     )
-    stiffness: StiffnessSource | GivenTables = field(
-        default_factory=StiffnessSource,
+    excitation: ExcitationSettings | GivenTables = field(
+        default_factory=ExcitationSettings,
         metadata={"help": "Source of the mesh stiffness, or mesh tables."},
     )
     friction: float = option(
@@ -85,7 +85,9 @@ class LumpedModel:
     bending: float | Literal["cycle"] | None = option(
         None,
         "Friction-bending ratio: deflection of a tooth pair by a friction force over "
-        "that by a normal force of the same size. [default: mean of the mesh tables]",
+        "that by a normal force of the same size. cycle: that of each tooth pair along "
+        "its path, from the mesh tables; 0: friction bends no teeth. [default: mean of "
+        "the mesh tables]",
         Range(0.0, below=1.0),
     )
     sliding: Sliding = option(
@@ -109,17 +111,23 @@ class LumpedModel:
 
     def __post_init__(self) -> None:
         require_fields(self)
-        if self.without and self.number != "coupled":
-            raise ValueError(f"without needs the coupled model, got {self.number}")
         for name in self.without:
             require_choice("without", name, COMPONENTS)
+        if self.without and self.number != "coupled":
+            parts = ", ".join(self.without)
+            named = "" if self.number == "auto" else f", not {self.number}"
+            raise ValueError(
+                f"without = {parts}; needs the coupled model by its name{named}"
+            )
         if len(set(self.without)) < len(self.without):
-            raise ValueError(f"without must name each part once, got {self.without!r}")
+            raise ValueError(f"without = {self.without!r}; must name each part once")
         if self.friction and self.number not in (1, "auto"):
-            raise ValueError(f"friction needs model 1, got {self.number}")
+            raise ValueError(
+                f"friction = {self.friction:g}; needs model 1, not {self.number}"
+            )
         if self._unmodified and self.number not in (1, "auto"):
             raise ValueError(
-                f"relief_stiffness = unmodified needs model 1, got {self.number}"
+                f"relief_stiffness = unmodified; needs model 1, not {self.number}"
             )
         self.tooth_friction(0.0)  # checks its fields
 
@@ -142,9 +150,9 @@ class LumpedModel:
     @property
     def _unmodified(self) -> bool:
         """Whether relieved pairs have the stiffness of unmodified teeth."""
-        source = self.stiffness
+        source = self.excitation
         return (
-            isinstance(source, StiffnessSource)
+            isinstance(source, ExcitationSettings)
             and source.relief_stiffness == "unmodified"
         )
 
@@ -166,10 +174,8 @@ class LumpedModel:
         """Source of excitations, with nothing solved yet; one serves for many
         torques.
         """
-        stiffness = self.stiffness
-        return (
-            stiffness if isinstance(stiffness, GivenTables) else Excitations(stiffness)
-        )
+        chosen = self.excitation
+        return chosen if isinstance(chosen, GivenTables) else Excitations(chosen)
 
 
 def resolve_model(
@@ -228,16 +234,19 @@ def has_rolling_bearings(model: LumpedModel, gear_set: GearSet) -> bool:
 
 def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str:
     """Why a gear set cannot have the coupled model, empty if it can."""
-    source = model.stiffness
+    source = model.excitation
     if model.friction:
         return NO_FRICTION
     if has_rolling_bearings(model, gear_set):
         return LINEAR_ONLY
     if method != "rk4":
         return f"the coupled model has no integration by {method}"
-    if isinstance(source, StiffnessSource) and source.kind != "fe":
+    if isinstance(source, ExcitationSettings) and source.kind != "fe":
         return f"the coupled model has no {source.kind} stiffness"
-    if isinstance(source, StiffnessSource) and source.relief_stiffness == "unmodified":
+    if (
+        isinstance(source, ExcitationSettings)
+        and source.relief_stiffness == "unmodified"
+    ):
         return "the coupled model has no stiffness of unmodified teeth"
     try:
         require_inertia_of_bodies(gear_set, "model 1 counts none of it")
@@ -270,7 +279,7 @@ def contact_source_of(
                 f"{keys} of {gear_set.name}; the coupled model of mesh tables "
                 "is that of equal teeth, allowed are none or finite elements"
             )
-    elif not isinstance(source, Excitations) or source.source.kind != "fe":
+    elif not isinstance(source, Excitations) or source.settings.kind != "fe":
         raise InputError(
             "number = coupled; its contacts come from finite elements or mesh tables, "
             "other excitations know nothing of them"

@@ -6,10 +6,10 @@ import math
 from decimal import Decimal
 
 from fegear.files.errors import InputError
-from lumped.train.modes import MIN_RESONANCE_ENERGY
 from lumped.train.system import LumpedSystem
 
 DEFAULT_SPEEDS = 400  # at most, where none are given
+DEFAULT_BAND = 0.5, 1.3  # of resonances
 
 
 def default_speeds(system: LumpedSystem) -> list[float]:
@@ -18,13 +18,10 @@ def default_speeds(system: LumpedSystem) -> list[float]:
     Those are natural frequencies of modes with a twentieth or more of their strain
     energy in the meshes, for every mesh as frequencies of the first [Hz].
     """
-    modes = system.modes
-    coupled = modes.frequency_Hz[modes.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY]
-    if not coupled.size:
+    band = system.speed_band(*DEFAULT_BAND)
+    if band is None:
         raise InputError("speeds are missing; no mode strains the meshes enough")
-    rates = [float(rate) for rate in system.train.mesh_rates]
-    low = 0.5 * float(coupled.min()) / max(rates)
-    high = 1.3 * float(coupled.max()) / min(rates)
+    low, high = band
     step = _round_up((high - low) / DEFAULT_SPEEDS)
     first, last = max(1, math.floor(low / step)), math.ceil(high / step)
     return [float(Decimal(repr(step)) * i) for i in range(first, last + 1)]

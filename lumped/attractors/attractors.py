@@ -112,12 +112,12 @@ class Attractor:
             return Kind.PERIODIC
         if not math.isfinite(self.exponent):
             return Kind.DIVERGED
-        sure = abs(self.exponent) > MIN_Z * self.stderr
+        is_certain = abs(self.exponent) > MIN_Z * self.stderr
         if self.exponent < 0.0:
-            decays = sure and self.exponent < -MIN_DECAY_RATE
-            return Kind.NOT_CONVERGED if decays else Kind.QUASI_PERIODIC
-        grows = sure and self.exponent > MAX_NEUTRAL_EXPONENT
-        return Kind.CHAOTIC if grows else Kind.QUASI_PERIODIC
+            is_decaying = is_certain and self.exponent < -MIN_DECAY_RATE
+            return Kind.NOT_CONVERGED if is_decaying else Kind.QUASI_PERIODIC
+        is_growing = is_certain and self.exponent > MAX_NEUTRAL_EXPONENT
+        return Kind.CHAOTIC if is_growing else Kind.QUASI_PERIODIC
 
 
 @check_arguments
@@ -160,19 +160,21 @@ def find_attractor(
     if system.has_friction:
         raise TrainError("friction must be 0; changes of a motion leave it out")
     if response.status == Status.DIVERGED:
-        return _diverged(system)
+        return _attractor_of_diverged(system)
     speed = Speed(response.frequency, settings)
     try:
         if response.multiple:
-            return _repeating(system, response, speed)
-        return _aperiodic(system, response, speed, sections.sections, callback)
+            return _attractor_of_repeating(system, response, speed)
+        return _attractor_of_aperiodic(
+            system, response, speed, sections.sections, callback
+        )
     except Diverged:
-        return _diverged(system)
+        return _attractor_of_diverged(system)
 
 
-def _diverged(system: LumpedSystem) -> Attractor:
-    empty = np.empty((0, len(system.excitations)))
-    return Attractor(0, empty, empty, math.nan, math.nan)
+def _attractor_of_diverged(system: LumpedSystem) -> Attractor:
+    no_points = np.empty((0, len(system.excitations)))
+    return Attractor(0, no_points, no_points, math.nan, math.nan)
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +199,9 @@ class _TangentFlow:
         return rows[:, 0], rows[:, 1], growth
 
 
-def _repeating(system: LumpedSystem, response: Response, speed: Speed) -> Attractor:
+def _attractor_of_repeating(
+    system: LumpedSystem, response: Response, speed: Speed
+) -> Attractor:
     """Attractor by harmonic balance where that confirms the motion, otherwise along
     fine steps.
 
@@ -206,10 +210,10 @@ def _repeating(system: LumpedSystem, response: Response, speed: Speed) -> Attrac
     """
     if not np.isfinite(response.state).all():
         raise Diverged(0.0)
-    exact = _by_harmonic_balance(system, response, speed.settings)
-    if exact is None:
+    multiple_and_exponent = _by_harmonic_balance(system, response, speed.settings)
+    if multiple_and_exponent is None:
         return _by_monodromy(system, response, speed)
-    multiple, exponent = exact
+    multiple, exponent = multiple_and_exponent
     state = np.concatenate([response.state, np.ones_like(response.state)], axis=1)
     deflection, rate, _ = _TangentFlow(system, speed).integrate_variations(
         state, multiple
@@ -223,12 +227,12 @@ def _by_harmonic_balance(
     """Common periods after which a motion repeats, and its exponent; None where
     harmonic balance finds no stable motion there or takes too long, and for the coupled
     model."""
-    multiple, length = response.multiple, system.common_period[0]
+    multiple, cycles_per_period = response.multiple, system.common_period[0]
     size = float(np.abs(system.static_deflection).max())
     if (
         size == 0.0
         or system.contacts is not None
-        or multiple * length * HARMONICS > MAX_HARMONICS
+        or multiple * cycles_per_period * HARMONICS > MAX_HARMONICS
     ):
         return None
     while True:
@@ -249,7 +253,7 @@ def _by_harmonic_balance(
     rms_error = np.abs(orbit.figures["dte_rms"] - response.dte_rms).max()
     if rms_error > RMS_RTOL * response.dte_rms.max() or not orbit.stable:
         return None
-    return multiple, math.log(orbit.largest) / (multiple * length)
+    return multiple, math.log(orbit.largest) / (multiple * cycles_per_period)
 
 
 def _by_monodromy(system: LumpedSystem, response: Response, speed: Speed) -> Attractor:
@@ -292,7 +296,7 @@ def fine_settings(system: LumpedSystem, settings: Settings, length: int) -> Sett
     return replace(settings, steps=FINE_STEPS)
 
 
-def _aperiodic(
+def _attractor_of_aperiodic(
     system: LumpedSystem,
     response: Response,
     speed: Speed,

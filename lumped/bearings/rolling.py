@@ -90,9 +90,9 @@ class RollingBearing:
         room = self.pitch_diameter * math.sin(math.pi / self.elements)
         if self.element_diameter > room:
             raise ValueError(
-                f"{diameter} must be at most {room:g} m for {self.elements} {name} on "
-                f"a pitch_diameter of {self.pitch_diameter:g} m, got "
-                f"{self.element_diameter:g}"
+                f"{diameter} = {self.element_diameter:g}; must be at most {room:g} m "
+                f"for {self.elements} {name} on a pitch_diameter of "
+                f"{self.pitch_diameter:g} m"
             )
         require_between("clearance", self.clearance, -MAX_DEVIATION, MAX_DEVIATION)
         require_between("film_thickness", self.film_thickness, 0, MAX_DEVIATION)

@@ -120,7 +120,7 @@ def load_distribution(
     force = np.array(load, float)
     size = float(np.hypot(*force))
     if not MIN_LOAD <= size < math.inf:
-        raise ValueError(f"load must be {MIN_LOAD:g} N or more, got {size:g}")
+        raise ValueError(f"load = {size:g}; must be {MIN_LOAD:g} N or more")
     support = RingSupport(bearing, cage_angle)
     u = _equilibrium(support, force)
     approaches = support.approaches(u)

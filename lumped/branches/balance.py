@@ -61,7 +61,7 @@ class HarmonicBalance:
         for name in ("harmonics", "multiple"):
             if getattr(self, name) < 1:
                 value = getattr(self, name)
-                raise ValueError(f"{name} must be at least 1, got {value}")
+                raise ValueError(f"{name} = {value}; must be at least 1")
         unknowns = self.shape[0] * self.shape[1]
         if unknowns > MAX_UNKNOWNS:
             raise TrainError(

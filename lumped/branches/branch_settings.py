@@ -1,12 +1,10 @@
-"""Settings of branches of periodic motions, and the branches."""
+"""Settings of branches of periodic motions."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 from lumped.branches.motions import Solver
-from lumped.branches.points import BranchPoint
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
 
@@ -61,24 +59,3 @@ class BranchSettings:
 
     def __post_init__(self) -> None:
         require_fields(self)
-
-
-@dataclass(frozen=True, eq=False)
-class PeriodicBranch:
-    """Motions in the order in which they were followed.
-
-    multiple : common periods after which they repeat
-    origin, reason : where it begins and why it ends, in words
-    error : of the largest RMS, relative, beside that of shooting; NaN where it fails
-    """
-
-    multiple: int
-    points: tuple[BranchPoint, ...]
-    origin: str
-    reason: str
-    closed: bool = False
-    error: float = math.nan
-
-    @property
-    def bifurcations(self) -> tuple[BranchPoint, ...]:
-        return tuple(point for point in self.points if point.kind)

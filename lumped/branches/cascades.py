@@ -13,9 +13,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from lumped.branches.branch_settings import PeriodicBranch
 from lumped.branches.periodic import DOUBLING_TOL
-from lumped.branches.points import BranchPoint
+from lumped.branches.points import BranchPoint, PeriodicBranch
 from lumped.continuation.bifurcations import DOUBLING
 
 FEIGENBAUM = 4.669201609  # limit of the ratios of intervals

@@ -13,11 +13,16 @@ from functools import cache, cached_property, partial
 
 import numpy as np
 
-from lumped.branches.branch_settings import BranchSettings, PeriodicBranch
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.location import locate_bifurcation
 from lumped.branches.motions import Family, PeriodicMotion, PeriodicProblem
 from lumped.branches.period_map import PeriodMap
-from lumped.branches.points import BranchPoint, branch_point, with_bifurcations
+from lumped.branches.points import (
+    BranchPoint,
+    PeriodicBranch,
+    branch_point,
+    with_bifurcations,
+)
 from lumped.branches.shooting import shoot
 from lumped.common.array_types import Array
 from lumped.continuation.arc_length import (
@@ -115,16 +120,16 @@ class BranchFinder:
                 "repeat: "
                 "no branch can begin there; allowed is a range that begins elsewhere"
             )
-        self._from_motion(value, response, f"from rest at {label}")
+        self._follow_branch_of_motion(value, response, f"from rest at {label}")
 
     def from_sweeps(self) -> None:
         """Branches of motions that sweeps up and down reach and none yet holds."""
         directions: tuple[Direction, ...] = ("up", "down")
         for direction in directions:
-            for value, response in self._sweep(direction):
+            for value, response in self._sweep_responses(direction):
                 label = self.family.label_of(value)
                 origin = f"from a sweep {direction} at {label}"
-                self._from_settled(value, response, origin)
+                self._follow_if_periodic(value, response, origin)
 
     def from_states(self) -> None:
         """Branches of motions that random states lead to and none yet holds.
@@ -136,24 +141,33 @@ class BranchFinder:
             value = float(random.uniform(*self.limits))
             self.report(len(self.branches), value)
             system, frequency = self.family.at(value)
-            rest, turn = system.static_state[0], 2.0 * math.pi * frequency
+            static_displacement, angular_speed = (
+                system.static_state[0],
+                2.0 * math.pi * frequency,
+            )
             spread = (
                 RANDOM_SPREAD
-                * np.abs(rest).max()
-                * random.standard_normal((2, rest.size))
+                * np.abs(static_displacement).max()
+                * random.standard_normal((2, static_displacement.size))
             )
-            state = np.stack([rest + spread[0], turn * spread[1]])
+            state = np.stack(
+                [static_displacement + spread[0], angular_speed * spread[1]]
+            )
             response = respond(system, frequency, state=state)
             label = self.family.label_of(value)
-            self._from_settled(value, response, f"from a random state at {label}")
+            self._follow_if_periodic(value, response, f"from a random state at {label}")
 
-    def _from_settled(self, value: float, response: Response, origin: str) -> None:
+    def _follow_if_periodic(
+        self, value: float, response: Response, origin: str
+    ) -> None:
         """Follow the branch of a motion that repeats soon enough."""
         repeats = response.status == Status.PERIODIC
         if repeats and response.multiple <= self.settings.period_multiple:
-            self._from_motion(value, response, origin)
+            self._follow_branch_of_motion(value, response, origin)
 
-    def _sweep(self, direction: Direction) -> Iterator[tuple[float, Response]]:
+    def _sweep_responses(
+        self, direction: Direction
+    ) -> Iterator[tuple[float, Response]]:
         """Values of the parameter, and what the motion of the one before becomes."""
         values = np.linspace(*self.limits, self.settings.sweep_points).tolist()
         settings = Settings()
@@ -163,13 +177,15 @@ class BranchFinder:
             self.report(len(self.branches), value)
             return stepper_of(system, settings), frequency
 
-        ordered = values if direction == "up" else values[::-1]
-        responses, _ = continue_sweep(ordered, station, settings)
-        yield from zip(ordered, responses, strict=False)
+        ordered_values = values if direction == "up" else values[::-1]
+        responses, _ = continue_sweep(ordered_values, station, settings)
+        yield from zip(ordered_values, responses, strict=False)
 
-    def _from_motion(self, value: float, response: Response, origin: str) -> None:
+    def _follow_branch_of_motion(
+        self, value: float, response: Response, origin: str
+    ) -> None:
         """Follow the branch of a settled motion, both ways if it is inside."""
-        branch = self._branch(response.multiple)
+        branch = self._continuation_of_multiple(response.multiple)
         balance, _ = branch.problem.at(value)
         x = balance.of_response(response, Settings())
         try:
@@ -186,15 +202,17 @@ class BranchFinder:
 
         It may begin in any of its common periods, or repeat sooner than it seemed to.
         """
-        value, times = motion.parameter, branch.problem.multiple
+        value, multiple = motion.parameter, branch.problem.multiple
         balance, frequency = branch.problem.at(value)
         for existing in self.branches:
-            if times % existing.multiple:
+            if multiple % existing.multiple:
                 continue
-            for crossing in self._motions_of(existing, value):
+            for crossing in self._motions_of_branch(existing, value):
                 existing_balance, _ = self.balance(existing.multiple, value)
-                x = existing_balance.lengthened(crossing.x, times // existing.multiple)
-                for periods in range(times):
+                x = existing_balance.lengthened(
+                    crossing.x, multiple // existing.multiple
+                )
+                for periods in range(multiple):
                     shifted = balance.delayed(x, periods, frequency)
                     if (
                         np.abs(shifted - motion.x).max()
@@ -205,20 +223,24 @@ class BranchFinder:
 
     def balance(self, multiple: int, value: float) -> tuple[PeriodicMotion, float]:
         """The equations at a value of the parameter, and the mesh frequency [Hz]."""
-        return self._branch(multiple).problem.at(value)
+        return self._continuation_of_multiple(multiple).problem.at(value)
 
     def solved(self, multiple: int, x: Array, value: float) -> Array:
         """The unknowns near x that solve the equations there; raises NoSolution."""
-        return self._branch(multiple).at(x, value).x
+        return self._continuation_of_multiple(multiple).at(x, value).x
 
     def motions_at(self, branch: PeriodicBranch, value: float) -> Iterator[BranchPoint]:
         """The motions of a branch at a value of the parameter."""
-        motions = self._branch(branch.multiple).problem
-        for point in self._motions_of(branch, value):
+        motions = self._continuation_of_multiple(branch.multiple).problem
+        for point in self._motions_of_branch(branch, value):
             yield branch_point(motions, point)
 
-    def _motions_of(self, branch: PeriodicBranch, value: float) -> Iterator[Point]:
-        return self._branch(branch.multiple).crossings(branch.points, value)
+    def _motions_of_branch(
+        self, branch: PeriodicBranch, value: float
+    ) -> Iterator[Point]:
+        return self._continuation_of_multiple(branch.multiple).crossings(
+            branch.points, value
+        )
 
     def doublings(self) -> None:
         """Branches of twice the period that set out from those that are found."""
@@ -226,11 +248,13 @@ class BranchFinder:
             branch = self.branches[self.doubled]
             if 2 * branch.multiple <= self.settings.period_multiple:
                 for point in branch.bifurcations:
-                    if point.kind == DOUBLING and not self._ends_at(point, branch):
-                        self._double(branch, point, self.doubled)
+                    if point.kind == DOUBLING and not self._has_branch_end_at(
+                        point, branch
+                    ):
+                        self._follow_doubling(branch, point, self.doubled)
             self.doubled += 1
 
-    def _ends_at(self, point: BranchPoint, parent: PeriodicBranch) -> bool:
+    def _has_branch_end_at(self, point: BranchPoint, parent: PeriodicBranch) -> bool:
         """Whether a branch of twice the period has come back to its parent there."""
         return any(
             abs(end.parameter - point.parameter) < DOUBLING_TOL * self.family.unit
@@ -239,8 +263,12 @@ class BranchFinder:
             for end in (branch.points[0], branch.points[-1])
         )
 
-    def _double(self, parent: PeriodicBranch, point: BranchPoint, number: int) -> None:
-        branch, single_period = (self._branch(n * parent.multiple) for n in (2, 1))
+    def _follow_doubling(
+        self, parent: PeriodicBranch, point: BranchPoint, parent_index: int
+    ) -> None:
+        branch, single_period = (
+            self._continuation_of_multiple(n * parent.multiple) for n in (2, 1)
+        )
         x = single_period.problem.at(point.parameter)[0].lengthened(point.x, 2)
         try:
             length = switch_length(parent.multiple)
@@ -249,15 +277,21 @@ class BranchFinder:
             return
         if has_half_period(branch, start) or self._is_known(branch, start):
             return
-        at = self.family.label_of(point.best_parameter)
-        self._follow(branch, start, f"period doubling of branch {number + 1} at {at}")
+        doubling_label = self.family.label_of(point.best_parameter)
+        self._follow(
+            branch,
+            start,
+            f"period doubling of branch {parent_index + 1} at {doubling_label}",
+        )
 
     @cached_property
-    def _branch(self) -> Callable[[int], Continuation[PeriodicProblem]]:
+    def _continuation_of_multiple(
+        self,
+    ) -> Callable[[int], Continuation[PeriodicProblem]]:
         """Branches of motions that repeat after so many common periods."""
-        return cache(self._new_branch)
+        return cache(self._new_continuation)
 
-    def _new_branch(self, multiple: int) -> Continuation[PeriodicProblem]:
+    def _new_continuation(self, multiple: int) -> Continuation[PeriodicProblem]:
         settings = self.settings
         motions = PeriodicProblem(
             self.family,
@@ -295,7 +329,7 @@ class BranchFinder:
             self.branches.append(self.finished.pop(0))
             return
         motions = branch.problem
-        one_way = partial(self._one_way, branch)
+        one_way = partial(self._follow_one_way, branch)
         trace = follow_both_ways(start, one_way) if bidirectional else one_way(start)
         points = tuple(
             located_point(motions, point) for point in with_bifurcations(branch, trace)
@@ -317,7 +351,7 @@ class BranchFinder:
 
         Truncated harmonics leave a gap between branches.
         """
-        seams = [
+        doubling_values = [
             point.parameter
             for branch in self.branches
             if multiple == 2 * branch.multiple
@@ -325,25 +359,28 @@ class BranchFinder:
             if point.kind == DOUBLING
         ]
         for point in points:
-            near = any(
-                abs(point.parameter - at) < MAX_DOUBLING_GAP * self.family.unit
-                for at in seams
+            is_near_doubling = any(
+                abs(point.parameter - doubling_value)
+                < MAX_DOUBLING_GAP * self.family.unit
+                for doubling_value in doubling_values
             )
-            seam = near and point.kind in (FOLD, CROSSING)
-            yield replace(point, kind="") if seam else point
+            is_artefact = is_near_doubling and point.kind in (FOLD, CROSSING)
+            yield replace(point, kind="") if is_artefact else point
 
     def _is_duplicate(
         self, branch: Continuation[PeriodicProblem], points: tuple[BranchPoint, ...]
     ) -> bool:
         """Whether a branch that is found passes through most of some points."""
-        probes = [points[round(part * (len(points) - 1))] for part in PROBE_FRACTIONS]
-        matches = 0
-        for point in probes:
+        probe_points = [
+            points[round(fraction * (len(points) - 1))] for fraction in PROBE_FRACTIONS
+        ]
+        n_known = 0
+        for point in probe_points:
             motion = Point(point.x, point.parameter, np.zeros(point.x.size + 1))
-            matches += self._is_known(branch, motion)
-        return 2 * matches > len(probes)
+            n_known += self._is_known(branch, motion)
+        return 2 * n_known > len(probe_points)
 
-    def _one_way(
+    def _follow_one_way(
         self, branch: Continuation[PeriodicProblem], start: Point
     ) -> BranchTrace:
         motions, number = branch.problem, len(self.branches)
@@ -383,16 +420,18 @@ def _error(motions: PeriodicProblem, points: tuple[BranchPoint, ...]) -> float:
 
     Next to a bifurcation there is a motion beside it, which shooting may find instead.
     """
-    clear = [
+    regular_points = [
         p for p in points if np.abs(np.abs(p.multipliers) - 1.0).min() > CIRCLE_MARGIN
     ]
-    for point in sorted(clear, key=lambda p: -p.figures["dte_rms"].max())[:MAX_SHOTS]:
+    for point in sorted(regular_points, key=lambda p: -p.figures["dte_rms"].max())[
+        :MAX_SHOTS
+    ]:
         balance, frequency = motions.at(point.parameter)
         try:
-            exact = shoot(balance, point.x, frequency)
+            exact_motion = shoot(balance, point.x, frequency)
         except NoSolution:
             continue
-        return exact.error_of(point.figures["dte_rms"])
+        return exact_motion.error_of(point.figures["dte_rms"])
     return math.nan
 
 
@@ -400,8 +439,8 @@ def _halving_reason(motions: PeriodicProblem, before: Point, after: Point) -> st
     """Why a branch ends between points: its motions repeat in half their period."""
     if motions.multiple % 2:
         return ""
-    crosses = odd_part(motions, before) @ odd_part(motions, after) < 0.0
-    return HALVED if crosses else ""
+    changes_sign = odd_part(motions, before) @ odd_part(motions, after) < 0.0
+    return HALVED if changes_sign else ""
 
 
 def odd_part(motions: PeriodicProblem, point: Point) -> Array:
@@ -435,11 +474,13 @@ def _cut_at_halving(
 ) -> BranchTrace:
     """The last point where motions of half the period are reached."""
     motions, (*_, before, after) = branch.problem, trace.points
-    towards = odd_part(motions, before)
+    odd_part_before = odd_part(motions, before)
     try:
-        last = branch.locate(
-            before, after, lambda point: float(odd_part(motions, point) @ towards)
+        halving_point = branch.locate(
+            before,
+            after,
+            lambda point: float(odd_part(motions, point) @ odd_part_before),
         )
     except ArithmeticError:
         return trace
-    return replace(trace, points=(*trace.points[:-1], last))
+    return replace(trace, points=(*trace.points[:-1], halving_point))

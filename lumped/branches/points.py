@@ -75,6 +75,27 @@ class BranchPoint:
         return self.largest < 1.0 and not self.vertical
 
 
+@dataclass(frozen=True, eq=False)
+class PeriodicBranch:
+    """Motions in the order in which they were followed.
+
+    multiple : common periods after which they repeat
+    origin, reason : where it begins and why it ends, in words
+    error : of the largest RMS, relative, beside that of shooting; NaN where it fails
+    """
+
+    multiple: int
+    points: tuple[BranchPoint, ...]
+    origin: str
+    reason: str
+    closed: bool = False
+    error: float = math.nan
+
+    @property
+    def bifurcations(self) -> tuple[BranchPoint, ...]:
+        return tuple(point for point in self.points if point.kind)
+
+
 def with_bifurcations(
     branch: Continuation[PeriodicProblem], trace: BranchTrace
 ) -> Iterator[BranchPoint]:

@@ -37,8 +37,8 @@ class Harmonics:
     def __post_init__(self) -> None:
         if len(self.phases) != len(self.amplitudes):
             raise ValueError(
-                f"phases must be as many as amplitudes, {len(self.amplitudes)}, got "
-                f"{len(self.phases)}"
+                f"phases = {len(self.phases)}; must be as many as amplitudes, "
+                f"{len(self.amplitudes)}"
             )
 
     @property
@@ -78,7 +78,9 @@ class SpeedSignal:
 
     def __post_init__(self) -> None:
         if len(self.times) < 4:
-            raise ValueError(f"a speed signal needs 4 rows, got {len(self.times)}")
+            raise ValueError(
+                f"rows of a speed signal = {len(self.times)}; must be 4 or more"
+            )
         if not np.all(np.diff(self.times) > 0.0):
             raise ValueError("times of a speed signal must rise")
         if not np.all(np.abs(self.speeds) <= MAX_ANGULAR_SPEED):
@@ -178,8 +180,8 @@ class LooseWheel:
         play, variation = self.rotation.play, self.variation
         if variation is not None and abs(variation.amplitude) >= play:
             raise ValueError(
-                f"amplitude of a variation must be below the play, {play:g} m, got "
-                f"{variation.amplitude:g}"
+                f"amplitude of a variation = {variation.amplitude:g}; must be below "
+                f"the play, {play:g} m"
             )
 
     @property

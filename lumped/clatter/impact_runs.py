@@ -1,4 +1,4 @@
-"""Runs of a gearbox: impacts in the order of time, and the state to continue from."""
+"""Runs of a gearbox: impacts in the order of time, their noise, and the last state."""
 
 from __future__ import annotations
 
@@ -138,3 +138,37 @@ def energy(group: WheelGroup, state: State) -> float:
     """Kinetic energy [J]."""
     speeds = state.v / group.excitation.period
     return float(0.5 * np.sum(group.masses * speeds**2))
+
+
+@dataclass(frozen=True)
+class PlayNoise:
+    """Noise of a play of a wheel.
+
+    impacts : number of impacts
+    level : sum of squared approach speeds per time [m2/s3]
+    power : energy dissipated by the impacts per time [W]
+    """
+
+    wheel: str
+    play: str
+    impacts: int
+    level: float
+    power: float
+    fastest: float
+
+
+def noise_of(group: WheelGroup, impacts: Impacts, seconds: float) -> list[PlayNoise]:
+    """Noise of each play of a group, over a time [s]."""
+    noises = []
+    for number, (wheel, name) in enumerate(group.plays):
+        of_play = impacts.play == number
+        speed = impacts.speed[of_play]
+        noises.append(
+            PlayNoise(
+                *(wheel.name, name, int(of_play.sum())),
+                level=float(np.sum(speed**2)) / seconds,
+                power=float(np.sum(impacts.lost[of_play])) / seconds,
+                fastest=float(speed.max(initial=0.0)),
+            )
+        )
+    return noises

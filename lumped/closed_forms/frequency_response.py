@@ -234,7 +234,7 @@ def _peak(resonance: Resonance) -> tuple[float, float]:
     """Largest amplitude, and the real part of d there."""
     f, p, zeta = resonance.drive, resonance.parametric, resonance.damping_ratio
     if f == 0.0:
-        raise ValueError("drive must not be 0, got a resonance without a peak")
+        raise ValueError("drive = 0; must not be, as there is no peak")
     if abs(p) >= 2.0 * zeta:
         return math.inf, math.nan
     # the square of the amplitude is g / s^2, which peaks where g' s = 2 g s'
@@ -273,7 +273,7 @@ def peak(resonance: Resonance) -> SteadyVibration:
         vibration = _vibration(resonance, amplitude, lost, x)
     if vibration is None:
         raise ValueError(
-            f"parametric must be below 2 damping ratios, got {resonance.parametric:.3g}"
+            f"parametric = {resonance.parametric:.3g}; must be below 2 damping ratios"
         )
     return vibration
 

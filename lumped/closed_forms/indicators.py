@@ -48,7 +48,7 @@ def rectangular_harmonic(
     opposite sign, which leaves the magnitude of every sum unchanged.
     """
     if order < 1:
-        raise ValueError(f"order must be 1 or more, got {order}")
+        raise ValueError(f"order = {order}; must be 1 or more")
     size = variation * math.sin(order * math.pi * contact_ratio) / (order * math.pi)
     turn = order * (math.pi * contact_ratio - delay)
     return size * complex(math.cos(turn), math.sin(turn))
@@ -157,7 +157,7 @@ def phase_extremes(by_mesh: ArrayLike, mesh: int, harmonic: int) -> PhaseExtreme
     drives = np.asarray(by_mesh, complex)
     drive, others = complex(drives[mesh]), complex(drives.sum() - drives[mesh])
     if harmonic < 1:
-        raise ValueError(f"harmonic must be 1 or more, got {harmonic}")
+        raise ValueError(f"harmonic = {harmonic}; must be 1 or more")
     # a delay of x cycles turns the own drive by -2 pi harmonic x
     lead = float(np.angle(drive) - np.angle(others)) / (2.0 * math.pi)
     return PhaseExtremes(

@@ -92,18 +92,18 @@ class ParametricSystem:
         for name, shape in required.items():
             actual = np.shape(getattr(self, name))
             if actual != shape:
-                raise ValueError(f"{name} must have shape {shape}, got {actual}")
+                raise ValueError(f"shape of {name} = {actual}; must be {shape}")
         for name in ("shapes", "deflection", "stiffness_harmonics", "gap_harmonics"):
             if not np.isfinite(getattr(self, name)).all():
                 raise ValueError(f"{name} must be finite")
         for name in ("frequency", "stiffness", "elastic", "rates"):
             values = np.array([float(value) for value in getattr(self, name)])
             if not ((values > 0.0) & np.isfinite(values)).all():
-                raise ValueError(f"{name} must be positive, got {values}")
+                raise ValueError(f"{name} = {values}; must be positive")
         if not MIN_DAMPING <= self.damping_ratio < 1.0:
             raise ValueError(
-                f"damping_ratio must be {MIN_DAMPING:g} to below 1, got "
-                f"{self.damping_ratio:g}"
+                f"damping_ratio = {self.damping_ratio:g}; must be {MIN_DAMPING:g} to "
+                "below 1"
             )
 
     @property
@@ -173,11 +173,11 @@ def parametric_system(
         the model is the coupled one or `harmonics` is below 1.
     """
     if system.contacts is not None:
-        raise ValueError("contacts must be None, models 1 to 3, got the coupled model")
+        raise ValueError("model = coupled; must be 1, 2 or 3")
     if system.has_friction:
         raise ValueError("friction must be 0; these closed forms leave it out")
     if harmonics < 1:
-        raise ValueError(f"harmonics must be 1 or more, got {harmonics}")
+        raise ValueError(f"harmonics = {harmonics}; must be 1 or more")
     waves = [
         excitation_harmonics(excitation, mesh.phase, harmonics)
         for excitation, mesh in zip(
@@ -190,8 +190,8 @@ def parametric_system(
     lift = gaps[:, 0].real
     if not (system.static_deflection > 0.0).all():
         raise ValueError(
-            "static deflection of every mesh must be positive, the drive flanks "
-            f"loaded, got {system.static_deflection} m"
+            f"static_deflection = {system.static_deflection} m; must be positive in "
+            "every mesh, the drive flanks loaded"
         )
     return ParametricSystem(
         frequency=system.modes.frequency_Hz[system.moving],
@@ -217,8 +217,8 @@ def excitation_harmonics(
     """
     if excitation.period > 1:
         raise ValueError(
-            "excitation must repeat after one base pitch, got tooth pairs that differ "
-            f"over {excitation.period} base pitches"
+            f"excitation = tooth pairs that differ over {excitation.period} base "
+            "pitches; must repeat after one"
         )
     waves = [wave for pair in excitation.pairs for wave in (pair.stiffness, pair.gap)]
     grid = np.linspace(0.0, 1.0, 2 * count + 1)

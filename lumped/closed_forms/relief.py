@@ -49,10 +49,10 @@ def optimal_relief(force: float, lowest: float, highest: float) -> float:
     stiffness between these values it is an estimate.
     """
     if not 0.0 < force < math.inf:
-        raise ValueError(f"force must be positive, got {force:g}")
+        raise ValueError(f"force = {force:g}; must be positive")
     if not 0.0 < lowest <= highest <= 2.0 * lowest:
         raise ValueError(
-            f"highest must be lowest to twice lowest, got {highest:g} and {lowest:g}"
+            f"highest = {highest:g} and {lowest:g}; must be lowest to twice lowest"
         )
     return 2.0 * force * (1.0 / lowest - 1.0 / highest)
 
@@ -144,7 +144,7 @@ def relief_contours(resonance: Resonance, optimal: ArrayLike) -> ReliefContours:
     centre = np.asarray(optimal, float)
     if centre.shape != resonance.driven_by.shape or not (centre > 0.0).all():
         meshes = resonance.driven_by.size
-        raise ValueError(f"optimal must be {meshes} positive numbers, got {centre}")
+        raise ValueError(f"optimal = {centre}; must be {meshes} positive numbers")
     per_metre = resonance.driven_by / centre
     form = np.outer(per_metre, per_metre.conjugate()).real
     return ReliefContours(resonance, centre, form)

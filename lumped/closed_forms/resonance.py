@@ -136,9 +136,9 @@ def resonance(
         If there is no such mode or the order is not positive.
     """
     if not 0 <= mode < system.modes:
-        raise ValueError(f"mode must be 0 to {system.modes - 1}, got {mode}")
+        raise ValueError(f"mode = {mode}; must be 0 to {system.modes - 1}")
     if not order > 0:
-        raise ValueError(f"order must be positive, got {order}")
+        raise ValueError(f"order = {order}; must be positive")
     h = Fraction(order)
     v, k = system.shapes[:, mode], system.stiffness
     direct, twice = (harmonics_at(system, s) for s in (h, 2 * h))

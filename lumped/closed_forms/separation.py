@@ -61,7 +61,7 @@ def separation_angle(resonance: Resonance, amplitude: float) -> Array:
     one.
     """
     if not amplitude > 0.0:
-        raise ValueError(f"amplitude must be positive, got {amplitude:g}")
+        raise ValueError(f"amplitude = {amplitude:g}; must be positive")
     return np.arccos(np.minimum(contact_loss_amplitude(resonance) / amplitude, 1.0))
 
 

@@ -81,22 +81,22 @@ class RootCrack:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.depth < math.inf:
-            raise ValueError(f"depth must be 0 or more, got {self.depth:g}")
+            raise ValueError(f"depth = {self.depth:g}; must be 0 or more")
         if not 0.0 < self.angle <= 0.5 * math.pi:
             raise ValueError(
-                f"angle must be above 0 and at most pi/2, got {self.angle:g}"
+                f"angle = {self.angle:g}; must be above 0 and at most pi/2"
             )
         if self.model not in get_args(CrackModel):
             allowed = ", ".join(get_args(CrackModel))
-            raise ValueError(f"model must be one of {allowed}, got {self.model!r}")
+            raise ValueError(f"model = {self.model!r}; must be one of {allowed}")
 
     def tip(self, outline: ToothOutline) -> tuple[float, float]:
         """Crack tip (x_c, y_c) [m]; ValueError if the mouth is not on the tooth."""
         low, high = outline.position[0], outline.position[-1]
         if not low <= self.start < high:
             raise ValueError(
-                f"start must be {low:.6g} m or more and below {high:.6g} m, "
-                f"got {self.start:.6g}"
+                f"start = {self.start:.6g}; must be {low:.6g} m or more and below "
+                f"{high:.6g} m"
             )
         mouth = float(outline.thickness_at(self.start))
         return (
@@ -125,7 +125,7 @@ class RootCrack:
             If the model is a hinge.
         """
         if self.model == "hinge":
-            raise ValueError("model must be a limit line, got 'hinge'")
+            raise ValueError("model = 'hinge'; must be a limit line")
         x_c, y_c = self.tip(outline)
         if self.model == "parallel":
             line = np.full(position.shape, y_c)
@@ -168,7 +168,7 @@ def cracked_sections(
     loaded_side = np.minimum(healthy.loaded_side, line)
     if not (loaded_side + healthy.back_side > 0.0).all():
         raise ValueError(
-            f"depth must leave some thickness below the load, got {crack.depth:.6g} m "
+            f"depth = {crack.depth:.6g} m; must leave some thickness below the load "
             f"with a limit line {crack.model!r}"
         )
     return healthy._replace(loaded_side=loaded_side)
@@ -275,7 +275,7 @@ def hinge_factor(part: float) -> float:
     """
     if not 0.0 <= part <= MAX_HINGE_PART:
         raise ValueError(
-            f"depth must be 0 to {MAX_HINGE_PART:g} of the thickness, got {part:.4g}"
+            f"depth = {part:.4g}; must be 0 to {MAX_HINGE_PART:g} of the thickness"
         )
     F = np.polynomial.Polynomial(BENDING_FIT)
     alpha = np.polynomial.Polynomial((0.0, 1.0))

@@ -109,8 +109,8 @@ class ToothOutline:
         x, h = self.position, self.half_thickness
         if x.ndim != 1 or x.size < 2 or x.shape != h.shape:
             raise ValueError(
-                "position and half_thickness must be two or more numbers each, "
-                f"got shapes {x.shape} and {h.shape}"
+                f"shapes of position and half_thickness = {x.shape} and {h.shape}; "
+                "must be two or more numbers each"
             )
         if not (np.isfinite(x).all() and (np.diff(x) > 0.0).all()):
             raise ValueError("position must rise from the fixed section to the tip")
@@ -144,7 +144,7 @@ class ToothOutline:
         first, last = self.position[0], self.position[-1]
         if not first < end <= last:
             raise ValueError(
-                f"end must be above {first:.6g} and at most {last:.6g} m, got {end:.6g}"
+                f"end = {end:.6g}; must be above {first:.6g} and at most {last:.6g} m"
             )
         inside = self.position[self.position < end]
         jumps = [jump for jump in breaks if first < jump < end]

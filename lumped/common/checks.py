@@ -34,7 +34,6 @@ from lumped.common.options import Range, allowed_of
 P = ParamSpec("P")
 T = TypeVar("T")
 R = TypeVar("R")
-FREQUENCY_RANGE = 0.0, 1e9  # Hz, both excluded
 MAX_FLOAT = sys.float_info.max
 MAX_SHOWN_LENGTH = 200  # letters of a value in a message
 TYPE_DESCRIPTIONS = {
@@ -70,12 +69,19 @@ def require_between(
     )
     start, end = "above " if above else "", "below " if below else ""
     raise ValueError(
-        f"{name} must be {start}{first} to {end}{last}, got {format_value(value)}"
+        f"{name} = {format_value(value)}; must be {start}{first} to {end}{last}"
     )
 
 
-def require_in(name: str, value: object, allowed: Range) -> None:
-    """Require a number of a range."""
+def require_in(
+    name: str, value: object, allowed: Range, words: Collection[object] = ()
+) -> None:
+    """Require a number of a range; words : that are allowed in its place."""
+    if words and not (is_number(value) and value in allowed):
+        choices = ", ".join(map(str, words))
+        raise ValueError(
+            f"{name} = {format_value(value)}; must be {choices}, or {allowed}"
+        )
     above, below = allowed.least == -math.inf, allowed.most == math.inf
     low = allowed.above if above else allowed.least
     high = allowed.below if below else allowed.most
@@ -86,7 +92,7 @@ def require_choice(name: str, value: object, allowed: Collection[object]) -> Non
     """Require one of several values."""
     if not any(_equals(value, choice) for choice in allowed):
         raise ValueError(
-            f"{name} must be {_join_choices(allowed)}, got {format_value(value)}"
+            f"{name} = {format_value(value)}; must be {_join_choices(allowed)}"
         )
 
 
@@ -104,7 +110,7 @@ def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
             object.__setattr__(settings, name, plain)
             value = plain
         if allowed is not None and (is_number(value) or not _matches_type(value, kind)):
-            require_in(name, value, allowed)
+            require_in(name, value, allowed, _words_of_type(kind))
         if not (name in infinite and is_number(value) and value == math.inf):
             require_kind(name, value, kind)
 
@@ -156,13 +162,15 @@ def require_arguments(
 
 def require_kind(name: str, value: object, kind: Any) -> None:
     """Require a value of a type: a float is finite, a Literal is one of its words."""
-    if not _matches_type(value, kind):
-        raise ValueError(
-            f"{name} must be {_describe_type(kind)}, got {format_value(value)}"
-        )
+    if _matches_type(value, kind):
+        return
+    if get_origin(kind) is tuple and Ellipsis in get_args(kind):
+        for element in value if isinstance(value, tuple) else ():
+            require_kind(name, element, get_args(kind)[0])
+    raise ValueError(f"{name} = {format_value(value)}; must be {_describe_type(kind)}")
 
 
-def is_number(value: object) -> bool:
+def is_number(value: object) -> TypeGuard[float]:
     """Whether a value is a real number, also NumPy's, and neither NaN nor a Boolean."""
     number = isinstance(value, Real) and not isinstance(value, bool)
     return number and bool(value == value)
@@ -234,6 +242,14 @@ def _match_types(values: tuple[object, ...], kinds: tuple[Any, ...]) -> bool:
     return len(kinds) == len(values) and all(map(_matches_type, values, kinds))
 
 
+def _words_of_type(kind: Any) -> list[object]:
+    """Choices of a type that has others besides."""
+    if get_origin(kind) not in (Union, UnionType):
+        return []
+    members = [member for member in get_args(kind) if get_origin(member) is Literal]
+    return [choice for member in members for choice in get_args(member)]
+
+
 def _is_sequence(value: object) -> TypeGuard[Sequence[object]]:
     if isinstance(value, np.ndarray):
         return value.ndim > 0
@@ -253,17 +269,22 @@ def _equals(value: object, choice: object) -> bool:
 def _describe_type(kind: Any) -> str:
     origin, arguments = get_origin(kind), get_args(kind)
     if origin in (Union, UnionType):
+        choices = _words_of_type(kind)
+        if choices and set(arguments) - {NoneType} == {Literal[*choices]}:
+            return _join_choices([*choices, None])
         return " or ".join(map(_describe_type, arguments))
     if origin is Literal:
         return _join_choices(arguments)
     if origin is tuple:
         members = [_describe_type(a) for a in arguments if a is not Ellipsis]
         if Ellipsis in arguments:
-            return f"a tuple, each {members[0]}"
+            return f"a list, each {members[0]}"
         return f"a tuple of {', '.join(members)}"
     if origin is Sequence:
         return f"a list, each {_describe_type(arguments[0])}"
-    return TYPE_DESCRIPTIONS.get(kind, f"a {getattr(kind, '__name__', kind)}")
+    named = str(getattr(kind, "__name__", kind))
+    article = "an" if named[0] in "AEIOU" else "a"
+    return TYPE_DESCRIPTIONS.get(kind, f"{article} {named}")
 
 
 def _join_choices(choices: Collection[object]) -> str:

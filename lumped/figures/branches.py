@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lumped.branches.branch_settings import PeriodicBranch
-from lumped.branches.points import KINDS, BranchPoint
+from lumped.branches.points import KINDS, BranchPoint, PeriodicBranch
 from lumped.continuation.bifurcations import stability_segments
 from lumped.figures.drawing import color_of, draw_legend, draw_title, panels
 

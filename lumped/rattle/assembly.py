@@ -24,7 +24,7 @@ Side = Literal["driving", "driven"]
 def _require(part: Any, *allowed: tuple[str, str, bool]) -> None:
     for name, text, good in allowed:
         if not good:
-            raise ValueError(f"{name} must be {text}, got {getattr(part, name):g}")
+            raise ValueError(f"{name} = {getattr(part, name):g}; must be {text}")
 
 
 def _require_positive(part: Any, *names: str) -> None:
@@ -159,9 +159,9 @@ class Assembly:
 
     def __post_init__(self) -> None:
         if self.driven_gear is not None and self.driven_gear.motor_on_gear:
-            raise ValueError("driven_gear.motor_on_gear must be false, got true")
+            raise ValueError("driven_gear.motor_on_gear = true; must be false")
         if self.machine.drive != 1.0:
-            raise ValueError(f"drive must be 1, got {self.machine.drive:g}")
+            raise ValueError(f"drive = {self.machine.drive:g}; must be 1")
 
     @property
     def beside_shafts(self) -> Iterator[tuple[str, Any]]:

@@ -157,7 +157,7 @@ class Footprint:
 
     def contains(self, points: Array) -> NDArray[np.bool_]:
         """Mask of the departures (c, 2), or more columns, that are in the footprint."""
-        row, column = _cells(points, self.low, self.high)
+        row, column = _footprint_cells(points, self.low, self.high)
         inside = (points[:, 1] > self.low) & (points[:, 1] < self.high)
         return np.asarray(inside & self.near[row, column])
 
@@ -166,15 +166,15 @@ def footprint_of(path: Array) -> Footprint:
     low, high = float(path[:, 1].min()), float(path[:, 1].max())
     margin = (high - low) / FOOTPRINT_CELLS
     low, high = low - margin, high + margin
-    visited = np.zeros((FOOTPRINT_CELLS, FOOTPRINT_CELLS), bool)
-    visited[_cells(path, low, high)] = True
-    near = np.zeros_like(visited)
+    is_visited = np.zeros((FOOTPRINT_CELLS, FOOTPRINT_CELLS), bool)
+    is_visited[_footprint_cells(path, low, high)] = True
+    is_near = np.zeros_like(is_visited)
     for shift in np.ndindex(3, 3):
-        near |= np.roll(visited, (shift[0] - 1, shift[1] - 1), axis=(0, 1))
-    return Footprint(low, high, near)
+        is_near |= np.roll(is_visited, (shift[0] - 1, shift[1] - 1), axis=(0, 1))
+    return Footprint(low, high, is_near)
 
 
-def _cells(points: Array, low: float, high: float) -> tuple[Indices, Indices]:
+def _footprint_cells(points: Array, low: float, high: float) -> tuple[Indices, Indices]:
     """Rows and columns of points in a footprint."""
     row = (points[:, 1] - low) / (high - low) * FOOTPRINT_CELLS
     column = points[:, 0] % 1.0 * FOOTPRINT_CELLS
@@ -211,7 +211,7 @@ class AttractorClassifier:
         """Index (c,) of the attractor of each cell, -1 if undecided, and the settled
         departures after further returns of changing motions; chaotic ones keep theirs.
         """
-        number = self._clear(settled)
+        number = self._index_of_settled(settled)
         period, returns, end = settled
         settled = Settled(period.copy(), returns.copy(), end.copy())
         changing = np.flatnonzero(settled.period == kernel.CHANGING)
@@ -221,68 +221,77 @@ class AttractorClassifier:
             selected = int(
                 changing.size * (GOLDEN_RATIO * attempt % 1.0)
             )  # from everywhere
-            index, inside, alone = self._long(settled.end[changing], selected)
-            number[changing[inside]] = index
-            _update_rows(settled, changing[selected : selected + 1], alone)
-            changing = changing[~inside]
+            index, shares_attractor, settled_departure = self._follow_long(
+                settled.end[changing], selected
+            )
+            number[changing[shares_attractor]] = index
+            _update_rows(settled, changing[selected : selected + 1], settled_departure)
+            changing = changing[~shares_attractor]
         if changing.size:
             # if there are more than can be followed, an evenly spread selection
-            more, most = self.settings.late_returns, self.settings.late_motions
-            iterations = max(more, self.iterations)
+            late_returns, late_motions = (
+                self.settings.late_returns,
+                self.settings.late_motions,
+            )
+            iterations = max(late_returns, self.iterations)
             selection = changing[
-                _even_indices(changing.size, most * more // iterations)
+                _even_indices(changing.size, late_motions * late_returns // iterations)
             ]
-            later = self._settle(settled.end[selection], iterations)
-            later.period[later.period == kernel.CHANGING] = kernel.UNKNOWN
-            number[selection] = self._clear(later)
-            _update_rows(settled, selection, later)
+            settled_later = self._follow_departures(settled.end[selection], iterations)
+            settled_later.period[settled_later.period == kernel.CHANGING] = (
+                kernel.UNKNOWN
+            )
+            number[selection] = self._index_of_settled(settled_later)
+            _update_rows(settled, selection, settled_later)
         return number, settled
 
-    def _clear(self, settled: Settled) -> Indices:
+    def _index_of_settled(self, settled: Settled) -> Indices:
         """Index (c,) of the attractor of each cell whose motion no longer changes."""
         number = np.full(settled.period.size, -1)
-        if (quiet := settled.period == kernel.PERMANENT_CONTACT).any():
-            number[quiet] = self._quiet()
+        if (is_quiet := settled.period == kernel.PERMANENT_CONTACT).any():
+            number[is_quiet] = self._index_of_quiet()
         for period in np.unique(settled.period[settled.period > 0]):
-            same_period = settled.period == period
-            number[same_period] = self._alike(
-                partial(self._orbit, int(period)),
-                settled.end[same_period],
-                np.round(settled.end[same_period] / END_RTOL),
+            is_of_period = settled.period == period
+            number[is_of_period] = self._indices_of_equal_cells(
+                partial(self._index_of_orbit, int(period)),
+                settled.end[is_of_period],
+                np.round(settled.end[is_of_period] / END_RTOL),
             )
-        if (sticking := settled.period == kernel.STICKING).any():
-            ends = settled.end[sticking]
+        if (is_sticking := settled.period == kernel.STICKING).any():
+            ends = settled.end[is_sticking]
             signs = np.sign(ends[:, 1])  # the flank of the departure
             cells = np.stack([np.round(ends[:, 0] / END_RTOL), signs], axis=1)
-            number[sticking] = self._alike(self._sticking, ends, cells)
+            number[is_sticking] = self._indices_of_equal_cells(
+                self._index_of_sticking, ends, cells
+            )
         return number
 
-    def _settle(self, ends: Array, iterations: int) -> Settled:
+    def _follow_departures(self, ends: Array, iterations: int) -> Settled:
         """Follow departures on all processors, see `Settled`."""
-        shares = np.array_split(ends, max(1, len(ends) // MOTIONS_PER_TASK))
+        departure_shares = np.array_split(ends, max(1, len(ends) // MOTIONS_PER_TASK))
         tasks = [
             partial(iterate_map_points, self.machine, share, iterations)
-            for share in shares
+            for share in departure_shares
         ]
-        parts = zip(*run_in_threads(tasks, threading.Event()), strict=True)
-        return Settled(*map(np.concatenate, parts))
+        columns = zip(*run_in_threads(tasks, threading.Event()), strict=True)
+        return Settled(*map(np.concatenate, columns))
 
-    def _quiet(self) -> int:
+    def _index_of_quiet(self) -> int:
         for number, attractor in enumerate(self.attractors):
             if attractor.name == QUIET:
                 return number
         return self._add(RattleAttractor(QUIET, 1, (math.nan, 0.0), -math.inf))
 
-    def _alike(
+    def _indices_of_equal_cells(
         self, find: Callable[[Array], int], ends: Array, cells: Array
     ) -> Indices:
         """Attractor indices (c,) of departures, computed once for equal cells."""
-        _, first, which = np.unique(
+        _, first_indices, cell_indices = np.unique(
             cells, axis=0, return_index=True, return_inverse=True
         )
-        return np.array([find(ends[i]) for i in first])[which.ravel()]
+        return np.array([find(ends[i]) for i in first_indices])[cell_indices.ravel()]
 
-    def _known(self, name: str, point: tuple[float, float]) -> int | None:
+    def _find_known(self, name: str, point: tuple[float, float]) -> int | None:
         for number, attractor in enumerate(self.attractors):
             if (
                 attractor.name == name
@@ -295,43 +304,47 @@ class AttractorClassifier:
         self.attractors.append(attractor)
         return len(self.attractors) - 1
 
-    def _sticking(self, release: Array) -> int:
+    def _index_of_sticking(self, release: Array) -> int:
         motion = sticking_from(self.machine, (float(release[0]), float(release[1])))
         if motion is None:
             return -1
-        if (number := self._known(motion.name, motion.point)) is not None:
+        if (number := self._find_known(motion.name, motion.point)) is not None:
             return number
         return self._add(
             RattleAttractor(motion.name, motion.turns, motion.point, -math.inf)
         )
 
-    def _orbit(self, period: int, point: Array) -> int:
+    def _index_of_orbit(self, period: int, point: Array) -> int:
         """Index of the orbit through a departure, found by its fastest departure."""
         path = follow(self.machine, point, period + 1)
         # departures may coincide only after a multiple of the period, and within a
         # turn before flanks come to rest on each other
-        again = (
+        repeated_periods = (
             n
             for n in range(1, period)
             if distance(path[0], path[n]) < END_RTOL and path[n, 0] - path[0, 0] > 0.5
         )
-        period = next(again, period)
+        period = next(repeated_periods, period)
         path = path[: period + 1]
         itinerary_of_path = itinerary(path)
         fastest = int(path[:-1, 1].argmax())
         departure = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
-        if (number := self._known(itinerary_of_path.name, departure)) is not None:
+        if (number := self._find_known(itinerary_of_path.name, departure)) is not None:
             return number
-        change = linearise_arcs(self.machine, arcs_of(self.machine, path))
-        largest = float(np.abs(np.linalg.eigvals(change)).max())
-        exponent = math.log(largest) / itinerary_of_path.turns if largest else -math.inf
+        linear_map = linearise_arcs(self.machine, arcs_of(self.machine, path))
+        largest_multiplier = float(np.abs(np.linalg.eigvals(linear_map)).max())
+        exponent = (
+            math.log(largest_multiplier) / itinerary_of_path.turns
+            if largest_multiplier
+            else -math.inf
+        )
         return self._add(
             RattleAttractor(
                 itinerary_of_path.name, itinerary_of_path.turns, departure, exponent
             )
         )
 
-    def _long(
+    def _follow_long(
         self, ends: Array, selected: int
     ) -> tuple[int, NDArray[np.bool_], Settled]:
         """Index of the attractor of one of the departures (c, 2), a mask of those that
@@ -339,43 +352,49 @@ class AttractorClassifier:
         neither settled nor become chaotic."""
         settings, start = self.settings, ends[selected]
         settled = iterate_map_points(self.machine, start[None], settings.long_returns)
-        alone = np.zeros(len(ends), bool)
-        alone[selected] = True
+        is_selected = np.zeros(len(ends), bool)
+        is_selected[selected] = True
         if settled.period[0] == kernel.CHANGING:  # unless it has settled in the end
-            last = iterate_map_points(self.machine, settled.end, settings.last_returns)
-            settled = settled._replace(period=last.period, end=last.end)
-        lasts = int(settled.returns[0])
-        stretches = math.nan
-        changes = settled.period[0] == kernel.CHANGING
-        if changes or lasts >= settings.lasting * self.iterations:
-            stretches = self._exponent(start, min(settings.exponent_returns, lasts))
-        if not stretches > settings.min_exponent:
-            return int(self._clear(settled)[0]), alone, settled
+            settled_last = iterate_map_points(
+                self.machine, settled.end, settings.last_returns
+            )
+            settled = settled._replace(period=settled_last.period, end=settled_last.end)
+        n_returns = int(settled.returns[0])
+        exponent_per_return = math.nan
+        is_changing = settled.period[0] == kernel.CHANGING
+        if is_changing or n_returns >= settings.lasting * self.iterations:
+            exponent_per_return = self._exponent(
+                start, min(settings.exponent_returns, n_returns)
+            )
+        if not exponent_per_return > settings.min_exponent:
+            return int(self._index_of_settled(settled)[0]), is_selected, settled
         chaotic = settled._replace(period=np.array([kernel.CHANGING]), end=start[None])
-        path = follow(self.machine, start, lasts)
+        path = follow(self.machine, start, n_returns)
         footprint = footprint_of(path)
-        inside = footprint.contains(ends) | alone
-        if not self._lasts(ends[inside]):
-            inside = alone
+        shares_attractor = footprint.contains(ends) | is_selected
+        if not self._keeps_changing(ends[shares_attractor]):
+            shares_attractor = is_selected
         for number, existing in self.footprints.items():
             if existing.contains(path).mean() > settings.common_part:
-                return number, inside, chaotic
+                return number, shares_attractor, chaotic
         turns = path[-1, 0] - path[0, 0]
-        exponent = stretches * lasts / turns
+        exponent = exponent_per_return * n_returns / turns
         fastest = int(path[:, 1].argmax())
         point = float(path[fastest, 0] % 1.0), float(path[fastest, 1])
-        settles = 0 if changes else lasts
+        settles = 0 if is_changing else n_returns
         number = self._add(RattleAttractor(CHAOTIC, 0, point, exponent, settles))
         self.footprints[number] = footprint
-        return number, inside, chaotic
+        return number, shares_attractor, chaotic
 
-    def _lasts(self, ends: Array) -> bool:
+    def _keeps_changing(self, ends: Array) -> bool:
         """Whether changing motions keep changing. Others are transients, whose
         departures do not show where they lead."""
         if self.lasting is None:
             settings = self.settings
             sample = ends[_even_indices(len(ends), settings.checked_cells)]
-            later = self._settle(sample, settings.checked_multiple * self.iterations)
+            later = self._follow_departures(
+                sample, settings.checked_multiple * self.iterations
+            )
             part = np.mean(later.period != kernel.CHANGING)
             self.lasting = bool(part < settings.max_settled)
         return self.lasting

@@ -37,9 +37,9 @@ class InitialGrid:
     def __post_init__(self) -> None:
         low, high = self.velocity
         if not 0.0 <= low < high < math.inf:
-            raise ValueError(f"velocity must rise from 0 or more, got {low:g}:{high:g}")
+            raise ValueError(f"velocity = {low:g}:{high:g}; must rise from 0 or more")
         if self.side < 1:
-            raise ValueError(f"side must be at least 1, got {self.side}")
+            raise ValueError(f"side = {self.side}; must be at least 1")
 
     @property
     def cells(self) -> int:

@@ -68,7 +68,7 @@ def impulse_rattle(motions: AssemblyIntegrator, turns: int = 1) -> ImpulseRattle
     if not machine.is_impact or machine.ripple:
         raise ValueError("impacts without torque ripple are needed")
     if turns < 1:
-        raise ValueError(f"turns must be at least 1, got {turns}")
+        raise ValueError(f"turns = {turns}; must be at least 1")
     linear, play = motions.linear, motions.system.regimes[1]
     n, r = len(linear.names), machine.restitution
     decay = (play.vectors * np.exp(play.rates * turns)) @ play.inverse

@@ -70,9 +70,7 @@ class Machine:
             ("drive", "above 0 and finite", 0.0 < self.drive < math.inf),
         ):
             if not good:
-                raise ValueError(
-                    f"{name} must be {allowed}, got {getattr(self, name):g}"
-                )
+                raise ValueError(f"{name} = {getattr(self, name):g}; must be {allowed}")
 
     @property
     def is_impact(self) -> bool:

@@ -106,7 +106,7 @@ def _require_closed_form(machine: Machine, turns: int) -> None:
     if not has_closed_form(machine):
         raise ValueError("impacts without torque ripple are needed")
     if turns < 1:
-        raise ValueError(f"turns must be at least 1, got {turns}")
+        raise ValueError(f"turns = {turns}; must be at least 1")
 
 
 @dataclass(frozen=True)

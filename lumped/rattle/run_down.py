@@ -32,7 +32,7 @@ def fit_run_down(time: Array, speed: Array) -> ExponentialFit:
     Raises ValueError if there are fewer speeds, or if not all are finite and positive.
     """
     if time.size < 3:
-        raise ValueError(f"3 rows at least are needed, got {time.size}")
+        raise ValueError(f"rows = {time.size}; must be 3 or more")
     if not (np.isfinite(time).all() and np.isfinite(speed).all()):
         raise ValueError("times and speeds must be finite")
     if not (np.diff(time) > 0.0).all():

@@ -221,6 +221,6 @@ class RotorSystem:
             for rotor, position in zip(mesh.rotors, mesh.positions, strict=True):
                 if not 0 <= rotor < len(self.rotors):
                     raise RotorError(
-                        f"rotor index = {rotor}; allowed 0 to {len(self.rotors) - 1}"
+                        f"rotor index = {rotor}; must be 0 to {len(self.rotors) - 1}"
                     )
                 self.rotors[rotor].require_position("gear", position)

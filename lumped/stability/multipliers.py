@@ -12,7 +12,6 @@ from lumped.common.array_types import Array, Complex
 from lumped.stability.periodic_system import PeriodicSystem
 
 Method = Literal["peano-baker", "exponential", "integration"]
-METHODS: tuple[Method, ...] = ("peano-baker", "exponential", "integration")
 # Angle of a step, and truncation error of its series
 MAX_STEP_ANGLE, SERIES_ERROR = 1.5, 1e-14
 PARTS_PER_PIECE = 64  # parts of a piece for exponentials
@@ -45,7 +44,7 @@ def scaled_transition(
     """
     speeds = np.atleast_1d(np.asarray(frequency, float))
     if not ((speeds > 0.0) & np.isfinite(speeds)).all():
-        raise ValueError(f"frequency must be positive, got {speeds.min():g}")
+        raise ValueError(f"frequency = {speeds.min():g}; must be positive")
     if method == "integration":
         transitions = np.stack([_integrated(system, speed) for speed in speeds])
         return transitions, np.zeros(speeds.size)

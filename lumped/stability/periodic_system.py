@@ -52,8 +52,8 @@ class PeriodicSystem:
         n, pieces = self.angular.size, self.edges.size - 1
         if self.stiffness.ndim != 4 or self.stiffness.shape[2:] != (n, n):
             raise ValueError(
-                f"stiffness must have shape (p, d + 1, {n}, {n}), got "
-                f"{self.stiffness.shape}"
+                f"shape of stiffness = {self.stiffness.shape}; must be "
+                f"(p, d + 1, {n}, {n})"
             )
         if self.stiffness.shape[0] != pieces or not (np.diff(self.edges) > 0.0).all():
             raise ValueError(f"edges must rise and bound {len(self.stiffness)} pieces")
@@ -93,7 +93,7 @@ class PeriodicSystem:
             multiple = Fraction(order) / (Fraction(self.length) * rate)
             if multiple.denominator == 1:
                 return int(multiple), mesh
-        raise ValueError(f"order must be a harmonic of a mesh, got {order}")
+        raise ValueError(f"order = {order}; must be a harmonic of a mesh")
 
     def at(self, time: Array, piece: NDArray[np.int64]) -> Array:
         """Stiffness K (t, n, n) at times from the starts of pieces."""
@@ -197,7 +197,7 @@ def _along(wave: Wave, phase: float, rate: float, times: Array) -> tuple[Array, 
 
 def _require(system: LumpedSystem) -> None:
     if system.contacts is not None:
-        raise ValueError("contacts must be None, models 1 to 3, got the coupled model")
+        raise ValueError("model = coupled; must be 1, 2 or 3")
     for excitation in system.excitations:
         if max(len(pair.stiffness.shapes) for pair in excitation.pairs) > 1:
             raise ValueError("excitation must repeat after one base pitch")

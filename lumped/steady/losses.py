@@ -79,13 +79,6 @@ def efficiency(driver: float, driven: float, lost: float) -> float:
     return output / (output + lost) if output > 0.0 else math.nan
 
 
-def driven_power(system: LumpedSystem, mesh: int, frequency: float) -> float:
-    """Power that the mesh would transmit without friction [W], from its mean force."""
-    speed = frequency * float(system.train.mesh_rates[mesh])
-    force = system.arrays.mean_stiffness[mesh] * system.static_deflection[mesh]
-    return float(abs(force) * speed * base_pitch(system.train, mesh))
-
-
 def nominal_efficiency(
     train: Train,
     mesh: int,

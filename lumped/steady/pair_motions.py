@@ -78,11 +78,11 @@ def pair_motions(
     samples = system.samples(steps_per_period(system, frequency, settings))
     h, stiffness, gap = samples[:3]
     rows = np.arange(history.time.size) % h.size
-    first = system.arrays.first_pair
+    first_pairs = system.arrays.first_pair
     motions = tuple(
         _spring_motion(
-            stiffness[rows][:, :, first[m] : first[m + 1]],
-            gap[rows][:, :, first[m] : first[m + 1]],
+            stiffness[rows][:, :, first_pairs[m] : first_pairs[m + 1]],
+            gap[rows][:, :, first_pairs[m] : first_pairs[m + 1]],
             history.deflection[:, m],
             np.diff(history.time),
             mesh.backlash,
@@ -92,9 +92,9 @@ def pair_motions(
     if history.friction is None:
         return motions
     # reversed sliding bends teeth the other way
-    normal = np.split(history.friction[:, 0], first[1:-1], axis=1)
-    with_normal = zip(motions, normal, strict=True)
-    return tuple(replace(pairs, force=force) for pairs, force in with_normal)
+    normal_forces = np.split(history.friction[:, 0], first_pairs[1:-1], axis=1)
+    motions_and_forces = zip(motions, normal_forces, strict=True)
+    return tuple(replace(pairs, force=force) for pairs, force in motions_and_forces)
 
 
 def _spring_motion(
@@ -110,11 +110,11 @@ def _spring_motion(
     state = np.where(k > 0.0, state, 0)
     overlap = np.where(state == -1, elastic + backlash, elastic)
     force = np.where(state == 0, 0.0, k * overlap)
-    before = s[1:, None] - gap[:-1, 2]
+    elastic_at_end = s[1:, None] - gap[:-1, 2]
     # a pair that enters or leaves within a step is excluded: its gap is out of bounds
     inside = np.where(stiffness[:-1].min(axis=1) > 0.0, 1.0, -1.0)
     conditions = contact_conditions(
-        (elastic[:-1], before), (inside, inside), h, backlash
+        (elastic[:-1], elastic_at_end), (inside, inside), h, backlash
     )
     return PairMotion(force, state, k > 0.0, conditions)
 
@@ -127,36 +127,40 @@ def _contact_motion(
     Pairs on the nominal path count, and pairs that carry load outside of it.
     """
     contacts = require_present(system.contacts, "coupled model")
-    (low, high), mesh = contacts.paths[m], system.train.meshes[m]
+    (path_start, path_end), mesh = contacts.paths[m], system.train.meshes[m]
     cycles = _mesh_cycles(system, m, frequency, history)
     mesh_cycle = np.floor(cycles + POSITION_ROUND_OFF).astype(np.int64)
-    pitch = np.floor(mesh.phase + cycles + POSITION_ROUND_OFF).astype(np.int64)
-    ahead, loads, (drive, back) = _arrange_by_pairs(
-        system, m, mesh_cycle - pitch, history
+    pitch_number = np.floor(mesh.phase + cycles + POSITION_ROUND_OFF).astype(np.int64)
+    pitches_ahead, loads, (drive_penetration, back_penetration) = _arrange_by_pairs(
+        system, m, mesh_cycle - pitch_number, history
     )
     force = loads[0] - loads[1] + 0.0  # no negative zeros
-    state = np.where(back > 0.0, -1, np.where(drive > 0.0, 1, 0))
-    position = (mesh.phase + cycles - pitch)[:, None] + ahead
-    inside = np.minimum(position - low, high - position)
-    engaged = inside > 0.0
+    state = np.where(
+        back_penetration > 0.0, -1, np.where(drive_penetration > 0.0, 1, 0)
+    )
+    position = (mesh.phase + cycles - pitch_number)[:, None] + pitches_ahead
+    distance_inside_path = np.minimum(position - path_start, path_end - position)
+    is_engaged = distance_inside_path > 0.0
     # gaps of flanks that do not face each other are out of bounds
-    separation = np.maximum(drive, -mesh.backlash)
-    elastic = np.where(back > 0.0, -mesh.backlash - back, separation)
+    separation = np.maximum(drive_penetration, -mesh.backlash)
+    elastic = np.where(
+        back_penetration > 0.0, -mesh.backlash - back_penetration, separation
+    )
     # a pair that passes the pitch point in a step takes the next place
-    next_columns = np.diff(pitch)[:, None] + np.arange(ahead.size)
+    next_columns = np.diff(pitch_number)[:, None] + np.arange(pitches_ahead.size)
     elastic_ends, inside_ends = (
         (
             v[:-1],
             np.take_along_axis(np.pad(v[1:], ((0, 0), (0, 1))), next_columns, axis=1),
         )
-        for v in (elastic, inside)
+        for v in (elastic, distance_inside_path)
     )
     h = np.diff(history.time)
     conditions = contact_conditions(elastic_ends, inside_ends, h, mesh.backlash)
-    used_columns = np.flatnonzero((engaged | (state != 0)).any(axis=0))
+    used_columns = np.flatnonzero((is_engaged | (state != 0)).any(axis=0))
     columns = slice(used_columns[0], used_columns[-1] + 1)
     return PairMotion(
-        force[:, columns], state[:, columns], engaged[:, columns], conditions
+        force[:, columns], state[:, columns], is_engaged[:, columns], conditions
     )
 
 
@@ -164,10 +168,10 @@ def _mesh_cycles(
     system: LumpedSystem, m: int, frequency: float, history: History
 ) -> Array:
     """Cycles (t,) of a mesh that have passed, at even steps."""
-    last = history.time.size - 1
+    n_steps = history.time.size - 1
     periods = round(history.time[-1] * frequency)
     rate = float(system.train.mesh_rates[m])
-    return rate * periods * np.arange(last + 1) / last
+    return rate * periods * np.arange(n_steps + 1) / n_steps
 
 
 def _arrange_by_pairs(
@@ -181,13 +185,13 @@ def _arrange_by_pairs(
     shift : (t,) base pitches by which the contacts number a pair further ahead
     """
     contacts = require_present(system.contacts, "coupled model")
-    recorded = require_present(history.contacts, "record of the contacts")
+    contact_record = require_present(history.contacts, "record of the contacts")
     mesh_contacts = np.flatnonzero(contacts.mesh_of == m)
     pair_numbers = contacts.pairs[mesh_contacts]
-    ahead = np.arange(
+    pitches_ahead = np.arange(
         pair_numbers.min() - shift.max(), pair_numbers.max() - shift.min() + 1
     )
-    pairs = shift[:, None] + ahead
+    pairs = shift[:, None] + pitches_ahead
     loads, penetrations = (
         np.zeros((2, *pairs.shape)),
         np.full((2, *pairs.shape), NO_CONTACT_GAP),
@@ -195,9 +199,9 @@ def _arrange_by_pairs(
     for c in mesh_contacts:
         side = int(contacts.contacts.side[c] < 0.0)
         rows, columns = np.nonzero(pairs == contacts.pairs[c])
-        loads[side, rows, columns] = recorded[rows, 0, c]
-        penetrations[side, rows, columns] = recorded[rows, 1, c]
-    return ahead, loads, penetrations
+        loads[side, rows, columns] = contact_record[rows, 0, c]
+        penetrations[side, rows, columns] = contact_record[rows, 1, c]
+    return pitches_ahead, loads, penetrations
 
 
 def contact_conditions(
@@ -213,39 +217,42 @@ def contact_conditions(
     h : (n,) [s]; all quantities are linear within steps
     """
     time = np.zeros(len(CONDITIONS))
-    for first in range(0, h.size, STEPS_PER_BLOCK):
-        rows = slice(first, first + STEPS_PER_BLOCK)
+    for first_step in range(0, h.size, STEPS_PER_BLOCK):
+        rows = slice(first_step, first_step + STEPS_PER_BLOCK)
         deflected, engaged = (
             start[rows, None] + (end[rows] - start[rows])[:, None] * SUBSTEP_CENTRES
             for start, end in (elastic, inside)
         )
-        kind = _conditions_of(deflected, engaged > 0.0, backlash)
+        condition_index = _condition_indices(deflected, engaged > 0.0, backlash)
         for i in range(time.size):
-            time[i] += ((kind == i).mean(axis=1) * h[rows]).sum()
+            time[i] += ((condition_index == i).mean(axis=1) * h[rows]).sum()
     fractions = zip(CONDITIONS, time / h.sum(), strict=True)
     return {name: float(part) for name, part in fractions if part > 0.0}
 
 
-def _conditions_of(
+def _condition_indices(
     elastic: Array, engaged: NDArray[np.bool_], backlash: float
 ) -> Indices:
     """Indices in CONDITIONS of pairs (..., p); -1 where fewer than two are engaged."""
-    touch, back = (elastic > 0.0) & engaged, (elastic < -backlash) & engaged
-    count, touching = engaged.sum(axis=-1), touch.sum(axis=-1)
-    first = engaged.argmax(axis=-1)[..., None]
-    last = -1 - engaged[..., ::-1].argmax(axis=-1)[..., None]
-    entering, leaving = (
-        np.take_along_axis(touch, index % touch.shape[-1], axis=-1)[..., 0]
-        for index in (first, last)
+    is_touching, is_back_contact = (
+        (elastic > 0.0) & engaged,
+        (elastic < -backlash) & engaged,
     )
-    one_lost = touching == count - 1
+    n_engaged, n_touching = engaged.sum(axis=-1), is_touching.sum(axis=-1)
+    entering_pair = engaged.argmax(axis=-1)[..., None]
+    leaving_pair = -1 - engaged[..., ::-1].argmax(axis=-1)[..., None]
+    is_entering_touching, is_leaving_touching = (
+        np.take_along_axis(is_touching, index % is_touching.shape[-1], axis=-1)[..., 0]
+        for index in (entering_pair, leaving_pair)
+    )
+    is_one_lost = n_touching == n_engaged - 1
     masks = {
-        "": count < 2,
-        "back": back.any(axis=-1),
-        "I": touching == 0,
-        "III": touching == count,
-        "II": one_lost & ~entering,
-        "IV": one_lost & ~leaving,
+        "": n_engaged < 2,
+        "back": is_back_contact.any(axis=-1),
+        "I": n_touching == 0,
+        "III": n_touching == n_engaged,
+        "II": is_one_lost & ~is_entering_touching,
+        "IV": is_one_lost & ~is_leaving_touching,
     }
     indices = [list(CONDITIONS).index(name) if name else -1 for name in masks]
     return np.select(list(masks.values()), indices, len(CONDITIONS) - 1)

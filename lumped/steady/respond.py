@@ -115,5 +115,5 @@ def _validate_state(system: LumpedSystem, state: Array | None) -> Array | None:
         return None
     start, expected_shape = np.asarray(state, float), system.static_state.shape
     if start.shape != expected_shape:
-        raise ValueError(f"state must have shape {expected_shape}, got {start.shape}")
+        raise ValueError(f"shape of state = {start.shape}; must be {expected_shape}")
     return start

@@ -132,42 +132,53 @@ def steady_state(
     callback : function called during the motion; its exceptions end the run
     """
     if not 0.0 < frequency < math.inf:
-        raise ValueError(f"frequency must be positive and finite, got {frequency:g}")
+        raise ValueError(f"frequency = {frequency:g}; must be positive and finite")
     system = stepper.system
-    length = system.common_period[0]
-    start = stepper.start() if state is None else state
-    now, convergence = start, stepper.new_convergence(start, settings)
+    cycles_per_period = system.common_period[0]
+    start_state = stepper.start() if state is None else state
+    current_state, convergence = (
+        start_state,
+        stepper.new_convergence(start_state, settings),
+    )
     try:
         if state is not None and previous_frequency is not None:
-            now = stepper.change_speed(now, previous_frequency, frequency, settings)
-            convergence = stepper.new_convergence(now, settings)
+            current_state = stepper.change_speed(
+                current_state, previous_frequency, frequency, settings
+            )
+            convergence = stepper.new_convergence(current_state, settings)
         speed = Speed(frequency, settings, partial(callback, frequency))
-        now, multiple = _settle(stepper, now, speed, convergence)
+        current_state, multiple = _settle_motion(
+            stepper, current_state, speed, convergence
+        )
         periods = multiple or window_length(system, settings)
-        total = WINDOW_PERIODS if system.rolling is None else ROLLING_PERIODS
-        windows = count_windows(settings.windows, periods * length, total)
-        count = 1 if multiple else windows
+        window_periods = WINDOW_PERIODS if system.rolling is None else ROLLING_PERIODS
+        windows = count_windows(
+            settings.windows, periods * cycles_per_period, window_periods
+        )
+        n_windows = 1 if multiple else windows
         quantities: list[dict[str, Array]] = []
-        for number in range(count):
-            offset_speed = speed.offset_by(convergence.period + number * periods)
-            now, motion = stepper.record(now, offset_speed, periods)
+        for window_number in range(n_windows):
+            offset_speed = speed.offset_by(convergence.period + window_number * periods)
+            current_state, motion = stepper.record(current_state, offset_speed, periods)
             quantities.append(measure_motion(motion))
     except Diverged as error:
-        time = (convergence.period + error.part) * length / frequency
-        return diverged_response(system, frequency, time, start), empty_history(system)
+        time = (convergence.period + error.part) * cycles_per_period / frequency
+        return diverged_response(system, frequency, time, start_state), empty_history(
+            system
+        )
     response = Response(
         frequency=frequency,
         status=Status.PERIODIC if multiple else Status.APERIODIC,
         multiple=multiple,
         period_multiple=multiple * np.array(system.common_period),
-        settling_time=convergence.period * length / frequency,
-        state=now,
+        settling_time=convergence.period * cycles_per_period / frequency,
+        state=current_state,
         **combine_windows(quantities),
     )
     return response, motion
 
 
-def _settle(
+def _settle_motion(
     stepper: Stepper,
     state: Any,
     speed: Speed,
@@ -180,9 +191,11 @@ def _settle(
             max_periods - convergence.period,
             speed.offset_by(convergence.period),
         )
-        state, settled = stepper.advance(state, offset_speed, convergence, periods_left)
+        state, is_settled = stepper.advance(
+            state, offset_speed, convergence, periods_left
+        )
         speed.callback(convergence.period)
-        if settled:
+        if is_settled:
             return state, convergence.multiple
     return state, 0
 
@@ -223,19 +236,21 @@ def confirm_steady_state(
         stepper, frequency, settings, state, start_frequency, callback
     )
     while needs_refinement(solution[0], previous_response):
-        coarse = solution[0]
-        finer = stepper.refined(frequency, settings, coarse.multiple > 0)
-        if finer is None:
+        coarse_response = solution[0]
+        finer_settings = stepper.refined(
+            frequency, settings, coarse_response.multiple > 0
+        )
+        if finer_settings is None:
             break
-        settings = finer
-        if stepper.system.contacts is not None and not _jumps(
-            previous_response, coarse
+        settings = finer_settings
+        if stepper.system.contacts is not None and not _is_jump(
+            previous_response, coarse_response
         ):
-            state, start_frequency = coarse.state, frequency
+            state, start_frequency = coarse_response.state, frequency
         solution = steady_state(
             stepper, frequency, settings, state, start_frequency, callback
         )
-        if same_response(coarse, solution[0]):
+        if same_response(coarse_response, solution[0]):
             break
     return *solution, settings
 
@@ -246,14 +261,14 @@ def needs_refinement(response: Response, previous: Response | None) -> bool:
         return False
     if previous is None or response.multiple == 0:
         return response.multiple != 1
-    near = abs(response.frequency / previous.frequency - 1.0) <= NEIGHBOUR_SPEED_RTOL
-    continues = response.multiple == previous.multiple and near
-    if response.multiple != 1 and not continues:
+    is_near = abs(response.frequency / previous.frequency - 1.0) <= NEIGHBOUR_SPEED_RTOL
+    keeps_multiple = response.multiple == previous.multiple and is_near
+    if response.multiple != 1 and not keeps_multiple:
         return True
-    return near and _jumps(previous, response)
+    return is_near and _is_jump(previous, response)
 
 
-def _jumps(previous: Response | None, response: Response) -> bool:
+def _is_jump(previous: Response | None, response: Response) -> bool:
     return previous is not None and _relative_difference(previous, response) > JUMP_RTOL
 
 
@@ -266,10 +281,16 @@ def same_response(one: Response, two: Response) -> bool:
 
 def _relative_difference(one: Response, two: Response) -> float:
     """Largest relative difference of the RMS of a mesh; inf if one diverged."""
-    larger = np.maximum(one.dte_rms, two.dte_rms)
+    larger_rms = np.maximum(one.dte_rms, two.dte_rms)
     difference = np.abs(one.dte_rms - two.dte_rms)
-    relative = np.divide(difference, larger, np.zeros_like(larger), where=larger != 0.0)
-    return float(relative.max()) if np.isfinite(relative).all() else np.inf
+    relative_difference = np.divide(
+        difference, larger_rms, np.zeros_like(larger_rms), where=larger_rms != 0.0
+    )
+    return (
+        float(relative_difference.max())
+        if np.isfinite(relative_difference).all()
+        else np.inf
+    )
 
 
 def count_windows(max_windows: int, periods: int, total: int = WINDOW_PERIODS) -> int:
@@ -300,8 +321,12 @@ def max_common_periods(
     system: LumpedSystem, frequency: float, settings: SteadySettings
 ) -> int:
     """Common periods after which a motion counts as aperiodic."""
-    allowed = settings.max_periods or periods_to_settle(system, frequency, settings)
-    return max(math.ceil(allowed / system.common_period[0]), 4 * settings.multiples)
+    allowed_periods = settings.max_periods or periods_to_settle(
+        system, frequency, settings
+    )
+    return max(
+        math.ceil(allowed_periods / system.common_period[0]), 4 * settings.multiples
+    )
 
 
 def periods_to_settle(
@@ -311,19 +336,23 @@ def periods_to_settle(
 
     The decay is from the range of deflection down to the tolerance.
     """
-    least = settings.min_periods
+    least_periods = settings.min_periods
     if system.contacts is not None:
-        least = min(least, MIN_COUPLED_PERIODS)
+        least_periods = min(least_periods, MIN_COUPLED_PERIODS)
     elif system.rolling is not None:  # never repeats: decay alone matters
-        least = min(least, MIN_ROLLING_PERIODS)
-    slowest = float(system.modes.angular[mesh_mode_mask(system)].min(initial=math.inf))
-    slowest *= system.train.damping_ratio
-    if not slowest > 0.0:
-        return least
-    needed = 2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest
-    if needed > 10.0 * MAX_SETTLING_PERIODS:  # decay this slow is ignored
-        return least
-    return int(min(max(needed, least), MAX_SETTLING_PERIODS))
+        least_periods = min(least_periods, MIN_ROLLING_PERIODS)
+    slowest_decay_rate = float(
+        system.modes.angular[mesh_mode_mask(system)].min(initial=math.inf)
+    )
+    slowest_decay_rate *= system.train.damping_ratio
+    if not slowest_decay_rate > 0.0:
+        return least_periods
+    needed_periods = (
+        2.0 * math.log(1.0 / settings.tolerance) * frequency / slowest_decay_rate
+    )
+    if needed_periods > 10.0 * MAX_SETTLING_PERIODS:  # decay this slow is ignored
+        return least_periods
+    return int(min(max(needed_periods, least_periods), MAX_SETTLING_PERIODS))
 
 
 def diverged_response(

@@ -377,11 +377,11 @@ def stepper_of(
     if settings.method == "rk4":
         return FixedStepper(system)
     if system.contacts is not None:
-        raise ValueError("method must be rk4 for the coupled model, got dopri5")
+        raise ValueError("method = dopri5; must be rk4 for the coupled model")
     if system.has_friction:
-        raise ValueError("method must be rk4 for teeth with friction, got dopri5")
+        raise ValueError("method = dopri5; must be rk4 for teeth with friction")
     if system.rolling is not None:
-        raise ValueError("method must be rk4 for rolling bearings, got dopri5")
+        raise ValueError("method = dopri5; must be rk4 for rolling bearings")
     return AdaptiveStepper(system)
 
 

@@ -156,7 +156,7 @@ def sweep_branch(
 def sort_values(values: Sequence[float] | Array, direction: Direction) -> list[float]:
     """Values in the order in which they are passed."""
     if direction not in ("up", "down"):
-        raise ValueError(f"direction must be up or down, got {direction}")
+        raise ValueError(f"direction = {direction}; must be up or down")
     return sorted(values, reverse=direction == "down")
 
 

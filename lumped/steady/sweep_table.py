@@ -151,9 +151,3 @@ def _value(name: str, cell: str) -> str | int | float:
             raise ValueError(f"{count} must be {least} or more")
         return count
     return float(cell) if cell else math.nan
-
-
-def read_sweep(path: str) -> SweepTable:
-    """Read a sweep table; raises OSError or TableError if that fails."""
-    with open(path, encoding="utf-8", newline="") as file:
-        return parse_sweep(file.read(), str(path))

@@ -83,7 +83,7 @@ class StiffnessParameters:
         for name, (ok, allowed) in checks.items():
             if not ok:
                 value = getattr(self, name)
-                raise ValueError(f"{name} must be {allowed}, got {value:g}")
+                raise ValueError(f"{name} = {value:g}; must be {allowed}")
 
     @property
     def pairs(self) -> int:
@@ -152,7 +152,7 @@ def analytic_excitation(
         with gaps or pitch errors.
     """
     if model not in MODELS:
-        raise ValueError(f"model must be 1, 2 or 3, got {model}")
+        raise ValueError(f"model = {model}; must be 1, 2 or 3")
     errors = np.asarray(pitch_errors, float)
     if harmonics is not None:
         if errors.size:
@@ -182,9 +182,11 @@ def pair_springs(
     """Stiffness and gap of every tooth pair in contact within a base pitch."""
     stiffness = _waves_by_pair(pair_profile(figures))
     gaps = _waves_by_pair([(x, y) for x, y in gap]) if gap else {}
-    none, errors = constant_wave(0.0), np.asarray(pitch_errors, float)
+    no_gap, errors = constant_wave(0.0), np.asarray(pitch_errors, float)
     return tuple(
-        PairExcitation(stiffness[k], with_pitch_errors(gaps.get(k, none), k, errors), k)
+        PairExcitation(
+            stiffness[k], with_pitch_errors(gaps.get(k, no_gap), k, errors), k
+        )
         for k in stiffness
     )
 
@@ -196,32 +198,40 @@ def _waves_by_pair(points: Points) -> dict[int, Wave]:
 def pair_profile(figures: StiffnessParameters) -> list[tuple[float, float]]:
     """Corners (position, stiffness [N/m]) of a pair's path through the mesh."""
     n, c, start = figures.pairs, figures.contact_ratio, figures.start
-    entering, leaving = 1.0 - figures.load_share, figures.load_share
+    entering_share, leaving_share = 1.0 - figures.load_share, figures.load_share
     corners = [(start, 0.0)]
     for k in range(n + 1):  # n + 1 pairs touch from k to k + part, then n
-        shares = (entering, leaving) if k == 0 else (leaving, entering)
+        shares = (
+            (entering_share, leaving_share)
+            if k == 0
+            else (leaving_share, entering_share)
+        )
         if n != 1:
             shares = (1.0 / (n + 1), 1.0 / (n + 1))
-        ends = (start + k, start + k + figures.part)
+        segment_ends = (start + k, start + k + figures.part)
         corners += [
-            (x, figures.high * share) for x, share in zip(ends, shares, strict=True)
+            (x, figures.high * share)
+            for x, share in zip(segment_ends, shares, strict=True)
         ]
         if k < n:
-            ends = (start + k + figures.part, start + k + 1.0)
-            corners += [(x, figures.low / n) for x in ends]
+            segment_ends = (start + k + figures.part, start + k + 1.0)
+            corners += [(x, figures.low / n) for x in segment_ends]
     corners.append((start + c, 0.0))
     return _add_ramps(corners, figures.ramp) if figures.ramp else corners
 
 
 def _add_ramps(corners: Points, ramp: float) -> list[tuple[float, float]]:
     """Replace jumps by slopes of length `ramp` about them; the mean is unchanged."""
-    out: list[tuple[float, float]] = []
-    groups = sorted({x for x, _ in corners})
-    for x in groups:
+    ramped_corners: list[tuple[float, float]] = []
+    positions = sorted({x for x, _ in corners})
+    for x in positions:
         values = [y for position, y in corners if position == x]
-        before, after = values[0], values[-1]
-        out += [(x - 0.5 * ramp, before), (x + 0.5 * ramp, after)]
-    return out
+        value_before, value_after = values[0], values[-1]
+        ramped_corners += [
+            (x - 0.5 * ramp, value_before),
+            (x + 0.5 * ramp, value_after),
+        ]
+    return ramped_corners
 
 
 def static_error(springs: Sequence[PairExcitation], force: float) -> Wave:
@@ -229,20 +239,23 @@ def static_error(springs: Sequence[PairExcitation], force: float) -> Wave:
 
     It is exact at the corners of all waves and at STE_POINTS positions between them.
     """
-    corners, x = _nodes(springs)
-    after, before = _errors_at_nodes(springs, force, x)
-    return _polygon(x, after, before, corners)
+    corners, x = _corners_and_nodes(springs)
+    errors_at_starts, errors_at_ends = _errors_at_nodes(springs, force, x)
+    return _polygon_wave(x, errors_at_starts, errors_at_ends, corners)
 
 
 def loaded_stiffness(springs: Sequence[PairExcitation], force: float) -> Wave:
     """Force over its share of the transmission error [N/m], if pairs differ."""
-    corners, x = _nodes(springs)
-    loaded, free = (_errors_at_nodes(springs, f, x) for f in (force, 0.0))
-    after, before = (force / (one - two) for one, two in zip(loaded, free, strict=True))
-    return _polygon(x, after, before, corners)
+    corners, x = _corners_and_nodes(springs)
+    loaded_errors, free_errors = (_errors_at_nodes(springs, f, x) for f in (force, 0.0))
+    stiffness_at_starts, stiffness_at_ends = (
+        force / (loaded_error - free_error)
+        for loaded_error, free_error in zip(loaded_errors, free_errors, strict=True)
+    )
+    return _polygon_wave(x, stiffness_at_starts, stiffness_at_ends, corners)
 
 
-def _nodes(springs: Sequence[PairExcitation]) -> tuple[list[float], Array]:
+def _corners_and_nodes(springs: Sequence[PairExcitation]) -> tuple[list[float], Array]:
     """Corners of all waves; positions from 0 to 1, the corners among them."""
     waves = [wave for spring in springs for wave in (spring.stiffness, spring.gap)]
     corners = sorted({corner for wave in waves for corner in wave.corners})
@@ -257,16 +270,20 @@ def _errors_at_nodes(
     """Transmission errors (c, n) at the starts and ends of n pieces."""
     period = math.lcm(*(spring.period for spring in springs))
     blocks = np.array_split(np.arange(period), math.ceil(period / PITCHES_PER_BLOCK))
-    after, before = (
+    errors_at_starts, errors_at_ends = (
         np.concatenate([_static_errors(springs, x[s], force, side, b) for b in blocks])
         for s, side in _PIECE_ENDS
     )
-    return after, before
+    return errors_at_starts, errors_at_ends
 
 
-def _polygon(x: Array, after: Array, before: Array, corners: list[float]) -> Wave:
-    zero = np.zeros_like(after)
-    rows = np.stack([after, (before - after) / np.diff(x), zero, zero], axis=-1)
+def _polygon_wave(
+    x: Array, start_values: Array, end_values: Array, corners: list[float]
+) -> Wave:
+    zero = np.zeros_like(start_values)
+    rows = np.stack(
+        [start_values, (end_values - start_values) / np.diff(x), zero, zero], axis=-1
+    )
     return Wave(x, rows if len(rows) > 1 else rows[0], tuple(corners))
 
 
@@ -306,7 +323,7 @@ def _excitation_by_harmonics(
     figures: StiffnessParameters, model: int, gap: Points, force: float, harmonics: int
 ) -> MeshExcitation:
     if harmonics < 1:
-        raise ValueError(f"harmonics must be 1 or more, got {harmonics}")
+        raise ValueError(f"harmonics = {harmonics}; must be 1 or more")
     if any(value != 0.0 for _, value in gap):
         raise ValueError("harmonics represent the complete mesh; gaps need tooth pairs")
     wave = wave_from_harmonics(figures.mean, stiffness_harmonics(figures, harmonics))

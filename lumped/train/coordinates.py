@@ -55,7 +55,7 @@ def train_coordinates(train: Train) -> Coordinates:
     bodies = _bodies(train)
     indices: dict[tuple[int, str], int] = {}
     labels: list[tuple[str, str]] = []
-    for members in [*rigid_groups(train), *_carriers(train)]:
+    for members in [*rigid_groups(train), *_carrier_groups(train)]:
         directions = [] if any(bodies[b].is_held for b in members) else ["rotation"]
         if any(bodies[b].bearing_stiffness for b in members):
             _require_masses(train, members)
@@ -75,10 +75,10 @@ def train_coordinates(train: Train) -> Coordinates:
     for index, added in _carried_masses(train, indices).items():
         mass[index] += added
     rows = np.array([_mesh_row(train, mesh, indices, n) for mesh in train.meshes])
-    stiffness, elongations, kinds = _springs(train, indices, n)
+    stiffness, elongations, kinds = _spring_rows(train, indices, n)
     return Coordinates(
         *(tuple(labels), indices, mass, load, rows, elongations, stiffness, kinds),
-        *_rotating_frame(train, indices, mass),
+        *_rotating_frame_matrices(train, indices, mass),
     )
 
 
@@ -87,7 +87,7 @@ def _bodies(train: Train) -> tuple[Gear | Carrier, ...]:
     return (*train.gears, *((train.carrier,) if train.carrier else ()))
 
 
-def _carriers(train: Train) -> list[tuple[int, ...]]:
+def _carrier_groups(train: Train) -> list[tuple[int, ...]]:
     return [(len(train.gears),)] if train.carrier else []
 
 
@@ -99,44 +99,58 @@ def _carried_masses(
     Raises TrainError where their centre of mass is off the axis of a carrier that
     translates: its translations and its rotation would be coupled by inertia.
     """
-    carrier, number = train.carrier, len(train.gears)
+    carrier, carrier_number = train.carrier, len(train.gears)
     if carrier is None:
         return {}
-    fixed = [
+    carried_gears = [
         (train.gears[g], angle)
         for g, angle in zip(carrier.gears, carrier.angles, strict=True)
         if train.gears[g].bearing_stiffness is None
     ]
-    if missing := [gear.name for gear, _ in fixed if gear.mass is None]:
-        raise TrainError(f"gear {missing[0]!r}: mass is needed on a carrier")
-    masses = [gear.mass or 0.0 for gear, _ in fixed]
-    total = math.fsum(masses)
-    moment = abs(
-        sum(m * np.exp(1j * angle) for m, (_, angle) in zip(masses, fixed, strict=True))
+    if names_without_mass := [
+        gear.name for gear, _ in carried_gears if gear.mass is None
+    ]:
+        raise TrainError(f"gear {names_without_mass[0]!r}: mass is needed on a carrier")
+    masses = [gear.mass or 0.0 for gear, _ in carried_gears]
+    total_mass = math.fsum(masses)
+    unbalance = abs(
+        sum(
+            m * np.exp(1j * angle)
+            for m, (_, angle) in zip(masses, carried_gears, strict=True)
+        )
     )
-    if (number, "x") in indices and moment > BALANCE_RTOL * total:
+    if (carrier_number, "x") in indices and unbalance > BALANCE_RTOL * total_mass:
         raise TrainError(
             f"carrier {carrier.name!r}: gears without bearings are not balanced about "
             "its axis; give each a bearing_stiffness"
         )
-    added = {"rotation": total * carrier.radius**2, "x": total, "y": total}
+    added_inertia = {
+        "rotation": total_mass * carrier.radius**2,
+        "x": total_mass,
+        "y": total_mass,
+    }
     return {
-        indices[number, kind]: mass
-        for kind, mass in added.items()
-        if (number, kind) in indices
+        indices[carrier_number, kind]: mass
+        for kind, mass in added_inertia.items()
+        if (carrier_number, kind) in indices
     }
 
 
 def rigid_groups(train: Train) -> list[tuple[int, ...]]:
     """Groups of gears that move as one, each in the order of the gears."""
-    group = list(range(len(train.gears)))
+    leaders = list(range(len(train.gears)))
     for shaft in train.shafts:
         if shaft.stiffness is None:
-            one, two = (group[gear] for gear in shaft.gears)
-            group = [min(one, two) if g in (one, two) else g for g in group]
+            leader_of_first, leader_of_second = (leaders[gear] for gear in shaft.gears)
+            leaders = [
+                min(leader_of_first, leader_of_second)
+                if g in (leader_of_first, leader_of_second)
+                else g
+                for g in leaders
+            ]
     return [
-        tuple(i for i, g in enumerate(group) if g == leader)
-        for leader in sorted(set(group))
+        tuple(i for i, g in enumerate(leaders) if g == leader)
+        for leader in sorted(set(leaders))
     ]
 
 
@@ -190,7 +204,7 @@ def _mesh_row(
     return row
 
 
-def _rotating_frame(
+def _rotating_frame_matrices(
     train: Train, indices: Mapping[tuple[int, str], int], mass: Array
 ) -> tuple[Array, Array]:
     """Matrices (n, n) `gyroscopic` and `centripetal` of `Coordinates`.
@@ -205,19 +219,23 @@ def _rotating_frame(
     gyroscopic, centripetal = np.zeros((n, n)), np.zeros((n, n))
     if carrier is None:
         return gyroscopic, centripetal
-    centers = {indices[key]: key for key in indices if key[1] != "rotation"}
-    for index, (body, axis) in centers.items():
+    keys_of_translations = {
+        indices[key]: key for key in indices if key[1] != "rotation"
+    }
+    for index, (body, axis) in keys_of_translations.items():
         if axis == "x":
             y = indices[body, "y"]
             gyroscopic[index, y] = -2.0 * mass[index]
             gyroscopic[y, index] = 2.0 * mass[index]
         row = np.zeros(n)
         row[index] = 1.0
-        turn = indices.get((len(train.gears), "rotation"))
-        if body in carrier.gears and turn is not None:
-            place = carrier.gears.index(body)
-            point = dict(_carrier_point(train, carrier, place, axis, indices))
-            row[turn] = -point[turn]
+        carrier_rotation = indices.get((len(train.gears), "rotation"))
+        if body in carrier.gears and carrier_rotation is not None:
+            gear_position = carrier.gears.index(body)
+            point_motion = dict(
+                _carrier_point_motion(train, carrier, gear_position, axis, indices)
+            )
+            row[carrier_rotation] = -point_motion[carrier_rotation]
         centripetal += mass[index] * np.outer(row, row)
     return gyroscopic, centripetal
 
@@ -235,10 +253,12 @@ def center_motion(
     carrier = train.carrier
     if carrier is None or gear not in carrier.gears:
         return []
-    return _carrier_point(train, carrier, carrier.gears.index(gear), axis, indices)
+    return _carrier_point_motion(
+        train, carrier, carrier.gears.index(gear), axis, indices
+    )
 
 
-def _carrier_point(
+def _carrier_point_motion(
     train: Train,
     carrier: Carrier,
     place: int,
@@ -246,17 +266,17 @@ def _carrier_point(
     indices: Mapping[tuple[int, str], int],
 ) -> list[tuple[int, float]]:
     """Motion of the point of a carrier under one of its gears, as `center_motion`."""
-    number, angle = len(train.gears), carrier.angles[place]
-    by_rotation = -math.sin(angle) if axis == "x" else math.cos(angle)
-    motions = {"rotation": carrier.radius * by_rotation, axis: 1.0}
+    carrier_number, angle = len(train.gears), carrier.angles[place]
+    motion_by_rotation = -math.sin(angle) if axis == "x" else math.cos(angle)
+    motions = {"rotation": carrier.radius * motion_by_rotation, axis: 1.0}
     return [
-        (indices[number, kind], motion)
+        (indices[carrier_number, kind], motion)
         for kind, motion in motions.items()
-        if (number, kind) in indices
+        if (carrier_number, kind) in indices
     ]
 
 
-def _bearing_end(
+def _bearing_end_motion(
     body: Gear | Carrier, number: int, axis: str, indices: Mapping[tuple[int, str], int]
 ) -> list[tuple[int, float]]:
     """Coordinates that stretch one of a body's two bearing springs, by how much each.
@@ -272,7 +292,7 @@ def _bearing_end(
     return [(indices[number, along], cosine) for along, cosine in cosines.items()]
 
 
-def _springs(
+def _spring_rows(
     train: Train, indices: dict[tuple[int, str], int], n: int
 ) -> tuple[Array, Array, tuple[str, ...]]:
     """Stiffness (springs,), elongation rows (springs, n) and kinds (springs,)."""
@@ -280,28 +300,30 @@ def _springs(
     carrier = train.carrier
     for i, body in enumerate(_bodies(train)):
         for axis, stiffness in zip("xy", body.bearing_stiffness or (), strict=False):
-            ends = _bearing_end(body, i, axis, indices)
+            end_motions = _bearing_end_motion(body, i, axis, indices)
             if carrier and i in carrier.gears:
-                place = carrier.gears.index(i)
-                point = _carrier_point(train, carrier, place, axis, indices)
-                ends += [(index, -motion) for index, motion in point]
-            springs.append((stiffness, ends, BEARING))
+                gear_position = carrier.gears.index(i)
+                point_motion = _carrier_point_motion(
+                    train, carrier, gear_position, axis, indices
+                )
+                end_motions += [(index, -motion) for index, motion in point_motion]
+            springs.append((stiffness, end_motions, BEARING))
         if (i, "rotation") in indices:
-            ends = [(indices[i, "rotation"], 1.0)]
-            springs.append((body.coupling_stiffness, ends, SHAFT))
+            end_motions = [(indices[i, "rotation"], 1.0)]
+            springs.append((body.coupling_stiffness, end_motions, SHAFT))
     for shaft in train.shafts:
         if shaft.stiffness is not None:
-            signed = zip(shaft.gears, (1.0, -1.0), strict=True)
-            ends = [
+            gears_and_signs = zip(shaft.gears, (1.0, -1.0), strict=True)
+            end_motions = [
                 (indices[gear, "rotation"], sign)
-                for gear, sign in signed
+                for gear, sign in gears_and_signs
                 if (gear, "rotation") in indices
             ]
-            springs.append((shaft.stiffness, ends, SHAFT))
+            springs.append((shaft.stiffness, end_motions, SHAFT))
     springs = [spring for spring in springs if spring[0] > 0.0]
     rows = np.zeros((len(springs), n))
-    for row, (_, ends, _) in zip(rows, springs, strict=True):
-        for index, sign in ends:
+    for row, (_, end_motions, _) in zip(rows, springs, strict=True):
+        for index, sign in end_motions:
             row[index] += sign
     stiffnesses = np.array([stiffness for stiffness, _, _ in springs])
     return stiffnesses, rows, tuple(kind for _, _, kind in springs)

@@ -222,7 +222,7 @@ class CoupledContacts:
             column = cycle % contacts.curve_rows.shape[1]
             gap = gap + contacts.gap_changes[contacts.gap_rows[:, column]]
             load_curve = contacts.load_curve[contacts.curve_rows[:, column]]
-        of_cycle = contacts._replace(
+        contacts_of_cycle = contacts._replace(
             gap=gap,
             load_curve=load_curve,
             errors=contacts.errors[:, :0],
@@ -230,23 +230,23 @@ class CoupledContacts:
             gap_rows=NO_ROWS,
             gap_changes=NO_CHANGES,
         )
-        return replace(self, contacts=of_cycle)
+        return replace(self, contacts=contacts_of_cycle)
 
     def different_cycles(
         self, mesh: int
     ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Cycles (u,) of a mesh that differ, and which of them each (n,) is like."""
-        contacts, of_mesh = self.contacts, self.mesh_of == mesh
+        contacts, is_of_mesh = self.contacts, self.mesh_of == mesh
         tables = contacts.errors, contacts.curve_rows, contacts.gap_rows
-        there = [table[of_mesh] for table in tables if table.shape[1]]
-        if not there:
+        mesh_tables = [table[is_of_mesh] for table in tables if table.shape[1]]
+        if not mesh_tables:
             return np.zeros(1, np.int64), np.zeros(1, np.int64)
-        cycles = np.arange(math.lcm(*(table.shape[1] for table in there)))
-        columns = [table[:, cycles % table.shape[1]] for table in there]
-        _, first, like = np.unique(
+        cycles = np.arange(math.lcm(*(table.shape[1] for table in mesh_tables)))
+        columns = [table[:, cycles % table.shape[1]] for table in mesh_tables]
+        _, distinct_cycles, distinct_index = np.unique(
             np.concatenate(columns), axis=1, return_index=True, return_inverse=True
         )
-        return first.astype(np.int64), like.ravel().astype(np.int64)
+        return distinct_cycles.astype(np.int64), distinct_index.ravel().astype(np.int64)
 
     @property
     def body_modes(self) -> BodyModes:
@@ -304,27 +304,28 @@ class LoadedState:
         A load that is transmitted to another mesh counts half for each.
         """
         B, S = self.rows[positions], self.load_sensitivity[positions]
-        one_way = np.stack(
+        one_sided = np.stack(
             [
-                np.swapaxes(B[..., of_mesh, :], -1, -2) @ S[..., of_mesh, :]
-                for of_mesh in self._contacts_of_meshes
+                np.swapaxes(B[..., mesh_contacts, :], -1, -2) @ S[..., mesh_contacts, :]
+                for mesh_contacts in self._contacts_of_meshes
             ],
             axis=-3,
         )
-        return np.asarray(0.5 * (one_way + np.swapaxes(one_way, -1, -2)))
+        return np.asarray(0.5 * (one_sided + np.swapaxes(one_sided, -1, -2)))
 
     @cached_property
     def meshes(self) -> Array:
         """Mean tangent stiffness (m, n, n) of each mesh over the cycle [1/s2]."""
         # the end of the cycle is the start of the next
         B, S, n = self.rows[:-1], self.load_sensitivity[:-1], len(self.springs)
-        one_way = np.stack(
+        one_sided = np.stack(
             [
-                B[:, of_mesh].reshape(-1, n).T @ S[:, of_mesh].reshape(-1, n)
-                for of_mesh in self._contacts_of_meshes
+                B[:, mesh_contacts].reshape(-1, n).T
+                @ S[:, mesh_contacts].reshape(-1, n)
+                for mesh_contacts in self._contacts_of_meshes
             ]
         )
-        return np.asarray(one_way + np.swapaxes(one_way, 1, 2)) / (2.0 * len(B))
+        return np.asarray(one_sided + np.swapaxes(one_sided, 1, 2)) / (2.0 * len(B))
 
     @property
     def _contacts_of_meshes(self) -> list[NDArray[np.intp]]:
@@ -356,9 +357,9 @@ class LoadedState:
 
 def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem:
     """System in the form that the kernels take, without the ingredients left out."""
-    coupled = _with_inertia(coupled)
-    system, hubs = _in_mean_axes(
-        *_with_body_modes(coupled, train), coupled.body_modes.pair_whirl
+    coupled = _without_left_out_inertia(coupled)
+    system, hubs = _system_in_mean_axes(
+        *_add_body_modes(coupled, train), coupled.body_modes.pair_whirl
     )
     start = _initial_coordinates(train, system)
     for name, leave_out in LEAVE_OUT.items():
@@ -366,7 +367,9 @@ def coupled_system(coupled: CoupledContacts, train: ModalTrain) -> CoupledSystem
             # about the state of the model with the ingredients not yet left out
             loaded = loaded_state(system, start)
             system = system._replace(contacts=leave_out(system, loaded))
-    return system._replace(damping=_damping(system, hubs, train, coupled.body_modes))
+    return system._replace(
+        damping=_damping_matrix(system, hubs, train, coupled.body_modes)
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -390,14 +393,16 @@ def hub_outputs(
 
     shapes : (k, n) quantities per modal coordinate of the hubs
     """
-    system, _ = _in_mean_axes(
-        *_with_body_modes(_with_inertia(coupled), replace(train, shapes=shapes)),
+    system, _ = _system_in_mean_axes(
+        *_add_body_modes(
+            _without_left_out_inertia(coupled), replace(train, shapes=shapes)
+        ),
         coupled.body_modes.pair_whirl,
     )
     return HubOutputs(system.offset, system.shapes, system.ahead)
 
 
-def _with_inertia(coupled: CoupledContacts) -> CoupledContacts:
+def _without_left_out_inertia(coupled: CoupledContacts) -> CoupledContacts:
     """The contacts, without the inertia of the bodies where that is left out."""
     if "body" not in coupled.without:
         return coupled
@@ -412,7 +417,7 @@ def _initial_coordinates(train: ModalTrain, system: CoupledSystem) -> Array:
     return start
 
 
-def _with_body_modes(
+def _add_body_modes(
     coupled: CoupledContacts, train: ModalTrain
 ) -> tuple[CoupledContacts, ModalTrain]:
     """Contacts and springs in the coordinates of hubs and body modes, of unit mass."""
@@ -422,32 +427,32 @@ def _with_body_modes(
 
     a = size - 2 * bodies.pair_whirl.size
 
-    def in_unit_coordinates(of_hubs: Array, of_bodies: Array) -> Array:
-        values = np.concatenate([of_hubs, of_bodies], axis=-1)
+    def in_unit_coordinates(hub_rows: Array, body_rows: Array) -> Array:
+        values = np.concatenate([hub_rows, body_rows], axis=-1)
         values[..., :a] = values[..., :a] @ to_unit[:a, :a]  # pairs have unit mass
         return values
 
     compliance = coupled.contacts.normal_compliance - _row_products(E / squares, E)
-    inertial = coupled.inertia_rows - (E / squares) @ G
+    inertia_rows = coupled.inertia_rows - (E / squares) @ G
     work = np.zeros((size, size))
     work[:hubs, :hubs] = coupled.work - (G.T / squares) @ G
     if bodies.left_inertia < MIN_LEFT_INERTIA:
-        inertial, work = np.zeros_like(inertial), np.zeros_like(work)
+        inertia_rows, work = np.zeros_like(inertia_rows), np.zeros_like(work)
     stiffness = np.zeros((size, size))
     stiffness[:hubs, :hubs] = train.stiffness
     stiffness[hubs:, hubs:] = np.diag(squares)
-    none = np.zeros(bodies.count)
+    no_load = np.zeros(bodies.count)
     contacts = replace(
         coupled,
         rows=in_unit_coordinates(coupled.rows, E),
-        inertia_rows=in_unit_coordinates(inertial, np.zeros_like(E)),
+        inertia_rows=in_unit_coordinates(inertia_rows, np.zeros_like(E)),
         work=to_unit.T @ work @ to_unit,
         contacts=coupled.contacts._replace(normal_compliance=compliance),
     )
     springs = replace(
         train,
         stiffness=to_unit.T @ stiffness @ to_unit,
-        load=np.concatenate([train.load, none]) @ to_unit,
+        load=np.concatenate([train.load, no_load]) @ to_unit,
         shapes=in_unit_coordinates(
             train.shapes, np.zeros((len(train.shapes), bodies.count))
         ),
@@ -461,15 +466,15 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
 
     periods : (m,) cycles of each mesh after which all repeat, except for pitch errors
     """
-    grid, mesh_of = system.contacts.gap.shape[1] - 1, system.mesh_of
+    n_cells, mesh_of = system.contacts.gap.shape[1] - 1, system.mesh_of
     cycles = system.rate * (np.arange(steps * periods[0]) / steps)[:, None]
     mesh_cycle = np.floor(cycles + POSITION_ROUND_OFF).astype(np.int64)
-    table_position = np.maximum(cycles - mesh_cycle, 0.0) * grid
+    table_position = np.maximum(cycles - mesh_cycle, 0.0) * n_cells
     grid_index = np.minimum(
-        (table_position + POSITION_ROUND_OFF * grid).astype(np.int64), grid - 1
+        (table_position + POSITION_ROUND_OFF * n_cells).astype(np.int64), n_cells - 1
     )
     cell_fraction = np.where(
-        np.abs(table_position - grid_index) < POSITION_ROUND_OFF * grid,
+        np.abs(table_position - grid_index) < POSITION_ROUND_OFF * n_cells,
         0.0,
         table_position - grid_index,
     )
@@ -487,9 +492,9 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
     rows, first_wave, wave_count = _rows_by_gear(system)
     gap = interpolate(system.contacts.gap)
     compliance = np.swapaxes(system.contacts.normal_compliance, 0, 1)
-    facing = gap < MAX_FACING_GAP
-    faces = np.where(facing, np.arange(len(mesh_of)), len(mesh_of))
-    faces = np.sort(faces)[:, : facing.sum(axis=1).max()]
+    is_facing = gap < MAX_FACING_GAP
+    facing_contacts = np.where(is_facing, np.arange(len(mesh_of)), len(mesh_of))
+    facing_contacts = np.sort(facing_contacts)[:, : is_facing.sum(axis=1).max()]
     step_grid = ContactGrid(
         grid_index=grid_index,
         fraction=cell_fraction,
@@ -501,8 +506,8 @@ def contact_grid(system: CoupledSystem, steps: int, periods: Array) -> ContactGr
         wave_count=np.array([wave_count]),
         ahead=interpolate(system.ahead),
         compliance=interpolate(compliance),
-        facing=facing,
-        facing_contacts=np.where(faces < len(mesh_of), faces, -1),
+        facing=is_facing,
+        facing_contacts=np.where(facing_contacts < len(mesh_of), facing_contacts, -1),
     )
     return make_contiguous(step_grid)
 
@@ -515,15 +520,21 @@ def _rows_by_gear(system: CoupledSystem) -> tuple[Array, NDArray[np.int64], int]
     a, w, rows = _standing_count(system), system.whirl.size, system.rows
     if w == 0:
         return rows, np.zeros(len(rows), np.int64), 0
-    moves = (rows[..., a:] != 0.0).any(axis=1).reshape(-1, 2, w).any(axis=1)
-    begin = np.argmax(moves, axis=1)
-    end = np.where(moves.any(axis=1), w - np.argmax(moves[:, ::-1], axis=1), begin)
-    k = int((end - begin).max())
-    begin = np.minimum(begin, w - k)
-    ones = a + begin[:, None] + np.arange(k)
-    standing = np.broadcast_to(np.arange(a), (len(rows), a))
-    columns = np.concatenate([standing, ones, w + ones], axis=1)
-    return np.take_along_axis(rows, columns[:, None], axis=2), begin, k
+    moves_contact = (rows[..., a:] != 0.0).any(axis=1).reshape(-1, 2, w).any(axis=1)
+    first_wave = np.argmax(moves_contact, axis=1)
+    end = np.where(
+        moves_contact.any(axis=1),
+        w - np.argmax(moves_contact[:, ::-1], axis=1),
+        first_wave,
+    )
+    k = int((end - first_wave).max())
+    first_wave = np.minimum(first_wave, w - k)
+    first_pair_columns = a + first_wave[:, None] + np.arange(k)
+    standing_columns = np.broadcast_to(np.arange(a), (len(rows), a))
+    columns = np.concatenate(
+        [standing_columns, first_pair_columns, w + first_pair_columns], axis=1
+    )
+    return np.take_along_axis(rows, columns[:, None], axis=2), first_wave, k
 
 
 def coupled_steps(
@@ -553,11 +564,14 @@ def steps_of_cycle(
 
     cycle : number of the cycle in the time after which all meshes repeat
     """
-    size = len(grid.gap)
-    steps = size // int(grid.periods[0])
+    n_grid_nodes = len(grid.gap)
+    steps = n_grid_nodes // int(grid.periods[0])
     nodes = cycle * steps + np.arange(steps + 1)  # with that at the end
-    rows, passed = nodes % size, (nodes // size)[:, None] * grid.periods
-    part = ContactGrid(
+    rows, passed_cycles = (
+        nodes % n_grid_nodes,
+        (nodes // n_grid_nodes)[:, None] * grid.periods,
+    )
+    cycle_grid = ContactGrid(
         **{
             name: getattr(grid, name)
             if name in CONSTANT_ON_GRID
@@ -565,9 +579,9 @@ def steps_of_cycle(
             for name in ContactGrid._fields
         }
     )
-    part = part._replace(mesh_cycle=part.mesh_cycle + passed)
+    cycle_grid = cycle_grid._replace(mesh_cycle=cycle_grid.mesh_cycle + passed_cycles)
     h = np.full(steps, 1.0 / (frequency * steps))
-    return _steps_on_grid(system, linear, part, frequency, h)
+    return _steps_on_grid(system, linear, cycle_grid, frequency, h)
 
 
 def _steps_on_grid(
@@ -581,10 +595,16 @@ def _steps_on_grid(
     from lumped.kernels.coupled_steps import add_wave_compliance
 
     propagator = linear.step(frequency, float(sizes[0]))
-    a, push = linear.n_standing, propagator.waves[:, 2:4].sum(axis=0)
-    standing, newest = grid.rows[..., :a], propagator.force_response[:, :a]
-    compliance = standing @ (standing @ newest).transpose(0, 2, 1) + grid.compliance
-    add_wave_compliance(grid, push, compliance)
+    a, wave_response = linear.n_standing, propagator.waves[:, 2:4].sum(axis=0)
+    standing_rows, standing_response = (
+        grid.rows[..., :a],
+        propagator.force_response[:, :a],
+    )
+    compliance = (
+        standing_rows @ (standing_rows @ standing_response).transpose(0, 2, 1)
+        + grid.compliance
+    )
+    add_wave_compliance(grid, wave_response, compliance)
     return CoupledSteps(
         h=sizes,
         grid=grid,
@@ -646,7 +666,7 @@ def static_transmission_error(
     Raises ArithmeticError if no equilibrium is found.
     """
     mesh_contacts = np.flatnonzero(coupled.mesh_of == mesh)
-    contacts, none = (
+    contacts, no_inertia_rows = (
         coupled.in_cycle(cycle).contacts,
         np.zeros((mesh_contacts.size, len(coupled.rows[0]), 1)),
     )
@@ -654,7 +674,7 @@ def static_transmission_error(
         coupled,
         mesh_of=np.zeros(mesh_contacts.size, np.int64),
         rows=coupled.penetration_rate[mesh_contacts][:, :, None],
-        inertia_rows=none,
+        inertia_rows=no_inertia_rows,
         work=np.zeros((1, 1)),
         modes=None,
         contacts=contacts._replace(
@@ -686,15 +706,15 @@ def static_errors(coupled: CoupledContacts, mesh: int, force: float) -> Array:
 
     (n p,) of n cycles, after which the teeth that meet repeat.
     """
-    first, like = coupled.different_cycles(mesh)
+    distinct_cycles, distinct_index = coupled.different_cycles(mesh)
     errors = [
         static_transmission_error(coupled, mesh, force, int(cycle))[:-1]
-        for cycle in first
+        for cycle in distinct_cycles
     ]
-    return np.stack(errors)[like].ravel()
+    return np.stack(errors)[distinct_index].ravel()
 
 
-def _in_mean_axes(
+def _system_in_mean_axes(
     coupled: CoupledContacts, train: ModalTrain, whirl: Array
 ) -> tuple[CoupledSystem, Hubs]:
     # pairs of travelling modes deflect no hub and have no part in these loads
@@ -703,10 +723,14 @@ def _in_mean_axes(
     W, K = coupled.work[:a, :a], train.stiffness[:a, :a]
     S = np.linalg.inv(np.eye(a) + K @ W)
     P, load = U - R @ W, S @ train.load[:a]
-    turn = np.eye(a) - W @ S @ K
-    hubs = Hubs(turn, P @ turn.T)
-    both = _row_products(U, R)
-    compliance = coupled.contacts.normal_compliance - both - both.transpose(0, 2, 1)
+    hub_rotation = np.eye(a) - W @ S @ K
+    hubs = Hubs(hub_rotation, P @ hub_rotation.T)
+    mixed_products = _row_products(U, R)
+    compliance = (
+        coupled.contacts.normal_compliance
+        - mixed_products
+        - mixed_products.transpose(0, 2, 1)
+    )
     compliance += _row_products(R @ W, R)
     compliance -= _row_products(P @ (S @ K), P)
     contacts = coupled.contacts._replace(
@@ -716,7 +740,7 @@ def _in_mean_axes(
     stiffness[:a, :a] = S @ K
     rows[..., :a] += P @ S @ K
     shapes = train.shapes.copy()
-    shapes[:, :a] = shapes[:, :a] @ turn
+    shapes[:, :a] = shapes[:, :a] @ hub_rotation
     system = CoupledSystem(
         stiffness=stiffness,
         damping=np.zeros_like(stiffness),
@@ -733,16 +757,18 @@ def _in_mean_axes(
     return system, hubs
 
 
-def _damping(
+def _damping_matrix(
     system: CoupledSystem, hubs: Hubs, train: ModalTrain, bodies: BodyModes
 ) -> Array:
     """Damping matrix (n, n) of the hubs and of the body modes."""
-    loaded = loaded_state(system, _initial_coordinates(train, system))
+    loaded_state_at_rest = loaded_state(system, _initial_coordinates(train, system))
     mode_damping = np.concatenate([train.damping, bodies.damping])
     # pairs retain only their own damping: they must whirl unchanged
     damping, a = np.diag(mode_damping), _standing_count(system)
     compliance = hubs.hub_compliance[:, :-1].transpose(1, 2, 0)
-    rotation = hubs.rotation + compliance @ loaded.load_sensitivity[:-1, :, :a]
+    rotation = (
+        hubs.rotation + compliance @ loaded_state_at_rest.load_sensitivity[:-1, :, :a]
+    )
     rotation = (bodies.to_unit[:a, :a] @ rotation).reshape(-1, a)
     weights = np.tile(mode_damping[:a], len(compliance))[:, None]
     damping[:a, :a] = (rotation * weights).T @ rotation / len(compliance)
@@ -754,9 +780,9 @@ def _standing_count(system: CoupledSystem) -> int:
     return system.load.size - 2 * system.whirl.size
 
 
-def _row_products(one: Array, two: Array) -> Array:
+def _row_products(rows: Array, other_rows: Array) -> Array:
     """Products (p, c, d) of rows (c, p, n) and (d, p, n)."""
-    return np.asarray(one.transpose(1, 0, 2) @ two.transpose(1, 2, 0))
+    return np.asarray(rows.transpose(1, 0, 2) @ other_rows.transpose(1, 2, 0))
 
 
 def _without_meshes(system: CoupledSystem, loaded: LoadedState) -> Contacts:
@@ -772,16 +798,21 @@ def _without_pairs(system: CoupledSystem, loaded: LoadedState) -> Contacts:
     They act like springs in parallel, which is exact at rest under the load.
     """
     compliance = system.contacts.normal_compliance.copy()
-    same_mesh = system.mesh_of[:, None] == system.mesh_of
-    np.fill_diagonal(same_mesh, False)
-    shared = np.einsum("pcd,pd->pc", compliance * same_mesh, loaded.load)
-    carries = loaded.load > 0.0
-    mutual = np.divide(shared, loaded.load, np.zeros_like(shared), where=carries)
-    compliance[:, same_mesh] = 0.0
+    is_same_mesh = system.mesh_of[:, None] == system.mesh_of
+    np.fill_diagonal(is_same_mesh, False)
+    mutual_deflection = np.einsum("pcd,pd->pc", compliance * is_same_mesh, loaded.load)
+    carries_load = loaded.load > 0.0
+    mutual_compliance = np.divide(
+        mutual_deflection,
+        loaded.load,
+        np.zeros_like(mutual_deflection),
+        where=carries_load,
+    )
+    compliance[:, is_same_mesh] = 0.0
     contact_indices = np.arange(system.mesh_of.size)
-    compliance[:, contact_indices, contact_indices] += mutual
+    compliance[:, contact_indices, contact_indices] += mutual_compliance
     # pairs that are kept apart by others at rest stay apart
-    gap = system.contacts.gap + np.where(carries, 0.0, shared).T
+    gap = system.contacts.gap + np.where(carries_load, 0.0, mutual_deflection).T
     return system.contacts._replace(normal_compliance=compliance, gap=gap)
 
 
@@ -823,7 +854,7 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
 
     Raises ArithmeticError if no equilibrium is found.
     """
-    problem = _RestProblem(system, *_without_pairs_of_modes(system))
+    problem = _RestProblem(system, *_standing_rest_problem(system))
     a = problem.stiffness.shape[0]
     q = (start + _touching_coordinates(system, start))[:, :a]
     for added, keeps_contact in REST_ATTEMPTS:
@@ -835,7 +866,7 @@ def loaded_state(system: CoupledSystem, start: Array) -> LoadedState:
 
 @dataclass(frozen=True, eq=False)
 class _RestProblem:
-    """Equilibrium of a contacts and standing coordinates, see `_without_pairs_of_modes`
+    """Equilibrium of a contacts and standing coordinates, see `_standing_rest_problem`
     for the shapes.
     """
 
@@ -883,9 +914,9 @@ class _RestProblem:
 
         keeps_contact : and by which a contact is left
         """
-        length, before = np.ones((len(x), 1)), self.error(x, q)
+        length, error_before = np.ones((len(x), 1)), self.error(x, q)
         for _ in range(MAX_HALVINGS):
-            rises = self.error(x - length * x_step, q - length * q_step) > before
+            rises = self.error(x - length * x_step, q - length * q_step) > error_before
             if keeps_contact:
                 rises |= (x - length * x_step <= 0.0).all(axis=1)
             if not rises.any():
@@ -922,7 +953,7 @@ class _RestProblem:
         return None
 
 
-def _without_pairs_of_modes(system: CoupledSystem) -> tuple[Array, Array, Array, Array]:
+def _standing_rest_problem(system: CoupledSystem) -> tuple[Array, Array, Array, Array]:
     """At rest: stiffness (a, a), rows (p + 1, c, a), compliance (p + 1, c, c), and gaps
     (p + 1, c).
 

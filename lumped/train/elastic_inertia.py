@@ -55,18 +55,18 @@ class ElasticModes:
             object.__setattr__(self, name, values)
         if self.frequencies_Hz.shape != self.compliance.shape:
             raise ValueError(
-                f"compliance must have shape {self.frequencies_Hz.shape}, got "
-                f"{self.compliance.shape}"
+                f"shape of compliance = {self.compliance.shape}; must be "
+                f"{self.frequencies_Hz.shape}"
             )
         if not (self.frequencies_Hz > 0.0).all():
             lowest = self.frequencies_Hz.min()
-            raise ValueError(f"frequencies_Hz must be positive, got {lowest:g}")
+            raise ValueError(f"frequencies_Hz = {lowest:g}; must be positive")
         if not (self.compliance >= 0.0).all():
             least = self.compliance.min()
-            raise ValueError(f"compliance must be 0 or more, got {least:g}")
+            raise ValueError(f"compliance = {least:g}; must be 0 or more")
         if not 0.0 <= self.damping_ratio < math.inf:
             raise ValueError(
-                f"damping_ratio must be 0 or more and finite, got {self.damping_ratio}"
+                f"damping_ratio = {self.damping_ratio}; must be 0 or more and finite"
             )
 
 
@@ -128,7 +128,7 @@ def harmonic_amplitudes(ste: ArrayLike) -> Complex:
     values = np.asarray(ste, float)
     _require_finite("ste", values)
     if values.size < 2:
-        raise ValueError(f"ste must have 2 or more values, got {values.size}")
+        raise ValueError(f"values of ste = {values.size}; must be 2 or more")
     amplitudes = 2.0 * np.fft.rfft(values)[1:] / values.size
     if values.size % 2 == 0:
         amplitudes[-1] /= 2.0
@@ -160,9 +160,9 @@ def choose(
         not detected
     """
     if not meshes:
-        raise ValueError("meshes must have one or more, got none")
+        raise ValueError("meshes = none; must have one or more")
     if not 0.0 <= tolerance < math.inf:
-        raise ValueError(f"tolerance must be 0 or more and finite, got {tolerance}")
+        raise ValueError(f"tolerance = {tolerance}; must be 0 or more and finite")
     frequencies = _validate_speeds(speeds)
     tables = [
         np.array([_remaining_errors(modes, a, rate * f) for f in frequencies])
@@ -196,7 +196,7 @@ def _remaining_errors(
     weights = normalise(amplitudes)
     if not 0.0 <= mesh_frequency < math.inf:
         raise ValueError(
-            f"mesh_frequency must be 0 or more and finite, got {mesh_frequency} Hz"
+            f"mesh_frequency = {mesh_frequency} Hz; must be 0 or more and finite"
         )
     order = np.argsort(modes.frequencies_Hz)
     harmonic_frequencies = mesh_frequency * np.arange(1.0, weights.size + 1.0)
@@ -246,13 +246,13 @@ def _validate_speeds(speeds: ArrayLike) -> Array:
     frequencies = np.asarray(speeds, float)
     _require_finite("speeds", frequencies)
     if not frequencies.size:
-        raise ValueError("speeds must have one or more values, got none")
+        raise ValueError("speeds = none; must have one or more values")
     return frequencies
 
 
 def _require_finite(name: str, values: NDArray[Any]) -> None:
     if values.ndim != 1:
-        raise ValueError(f"{name} must have one dimension, got {values.ndim}")
+        raise ValueError(f"dimensions of {name} = {values.ndim}; must be 1")
     if not np.isfinite(values).all():
         raise ValueError(f"{name} must be finite")
 

@@ -91,7 +91,7 @@ class MeshExcitation:
             raise ValueError("pairs must not be empty")
         if not is_number(self.mean_stiffness) or not 0 < self.mean_stiffness < math.inf:
             value = format_value(self.mean_stiffness)
-            raise ValueError(f"mean_stiffness must be positive, got {value}")
+            raise ValueError(f"mean_stiffness = {value}; must be positive")
         require_fields(self)
 
     @property

@@ -22,7 +22,7 @@ from lumped.train.waves import (
 MODELS = (1, 2, 3)
 TORQUE_RTOL = 1e-4  # of torques that are typed with five digits
 FINITE_ON_PATH = "on the path of contact it must be finite"
-STIFFNESS = "stiffness_N_per_m"
+STIFFNESS_COLUMN = "stiffness_N_per_m"
 ReliefStiffness = Literal["own", "unmodified"]
 
 
@@ -81,13 +81,13 @@ def excitation_from_table(
     multi-mesh source.
     """
     if model not in MODELS:
-        raise ValueError(f"model must be 1, 2 or 3, got {model}")
+        raise ValueError(f"model = {model}; must be 1, 2 or 3")
     pitches = table_pitches(table)
     unmodified_table = table if stiffness_table is None else stiffness_table
     for mesh_table in (table, unmodified_table):
         _require_positive_stiffness(mesh_table)
-    total = column_at_torque(unmodified_table, "stiffness_N_per_m", torque)
-    mean = float(total.mean())
+    mesh_stiffness = column_at_torque(unmodified_table, "stiffness_N_per_m", torque)
+    mean_stiffness = float(mesh_stiffness.mean())
     errors = np.asarray(pitch_errors, float)
     if model == 1 and table.pair_count:
         use_modified_stiffness = relief_stiffness == "own"
@@ -95,14 +95,14 @@ def excitation_from_table(
             table.position, unmodified_table.position
         ):
             raise ValueError(
-                "stiffness_table must have the positions of the table, got "
-                f"{unmodified_table.position.size} for {table.position.size}"
+                f"stiffness_table = {unmodified_table.position.size} positions; must "
+                f"have the {table.position.size} of the table"
             )
         return MeshExcitation(
             _pair_excitations(
                 table, unmodified_table, torque, errors, use_modified_stiffness
             ),
-            mean,
+            mean_stiffness,
         )
     if errors.size:
         raise ValueError(
@@ -114,12 +114,14 @@ def excitation_from_table(
         _require_finite(table, "ste_m")
         error = column_at_torque(table, "ste_m", torque)
         gap = wave_from_samples(error - error.mean(), pitches)
-        return MeshExcitation((PairExcitation(constant_wave(mean), gap),), mean)
+        return MeshExcitation(
+            (PairExcitation(constant_wave(mean_stiffness), gap),), mean_stiffness
+        )
     error = np.zeros(table.position.size)
     if "nlte_m" in table.columns:
         _require_finite(table, "nlte_m")
         error = column_at_torque(table, "nlte_m", torque)
-    stiffness = wave_from_samples(total, table_pitches(unmodified_table))
+    stiffness = wave_from_samples(mesh_stiffness, table_pitches(unmodified_table))
     spring = PairExcitation(stiffness, wave_from_samples(error, pitches))
     return MeshExcitation((spring,), spring.stiffness.mean)
 
@@ -157,25 +159,25 @@ def _require_torque(table: MeshTable, torque: float) -> None:
 
 def _require_positive_stiffness(table: MeshTable) -> None:
     values = table["stiffness_N_per_m"]
-    bad = ~(np.isfinite(values) & (values > 0.0))
-    _raise_at_first(table, "stiffness_N_per_m", bad, "must be positive")
+    is_bad = ~(np.isfinite(values) & (values > 0.0))
+    _refuse_first_bad_cell(table, "stiffness_N_per_m", is_bad, "must be positive")
 
 
 def _require_finite(table: MeshTable, column: str) -> None:
-    _raise_at_first(
+    _refuse_first_bad_cell(
         table, column, ~np.isfinite(table[column]), "must be a finite number"
     )
 
 
-def _raise_at_first(
-    table: MeshTable, column: str, bad: NDArray[np.bool_], allowed: str
+def _refuse_first_bad_cell(
+    table: MeshTable, column: str, is_bad: NDArray[np.bool_], requirement: str
 ) -> None:
     """Raise ValueError with the first bad cell (t, n) of a column, if any."""
-    for t, n in np.argwhere(bad):
+    for t, n in np.argwhere(is_bad):
         value = table[column][t, n]
         raise ValueError(
             f"{column} is {'empty' if np.isnan(value) else f'{value:g}'} at torque "
-            f"{table.torque_Nm[t]:g} N m, position {table.position[n]:g}; {allowed}"
+            f"{table.torque_Nm[t]:g} N m, position {table.position[n]:g}; {requirement}"
         )
 
 
@@ -185,63 +187,76 @@ def _require_whole_path(table: MeshTable) -> None:
     The path runs from pair to pair, from the first positive stiffness to the last.
     """
     teeth, pitches = pair_teeth(table), table_pitches(table)
-    order = sorted(range(len(teeth)), key=lambda i: teeth[i])
+    pairs_in_order = sorted(range(len(teeth)), key=lambda i: teeth[i])
     columns = {
         quantity: [table[name] for name in pair_names(table, quantity)]
         for quantity in ("stiffness_N_per_m", "load_share", "gap_m")
     }
-    per_pitch = table.position.size // pitches
-    loaded_masks = []
-    for i in order:
-        carries = columns["stiffness_N_per_m"][i] > 0.0
+    positions_per_pitch = table.position.size // pitches
+    loaded_masks_by_pair = []
+    for i in pairs_in_order:
+        carries_load = columns["stiffness_N_per_m"][i] > 0.0
         # the pair that is k ahead in base pitch n is k + 1 ahead in the next
-        loaded_masks.append(
-            np.roll(carries.reshape(-1, pitches, per_pitch), -teeth[i], axis=1)
+        loaded_masks_by_pair.append(
+            np.roll(
+                carries_load.reshape(-1, pitches, positions_per_pitch),
+                -teeth[i],
+                axis=1,
+            )
         )
-    positive = np.concatenate(loaded_masks, axis=2)
-    begun = np.maximum.accumulate(positive, axis=2)
-    path = begun & np.maximum.accumulate(positive[..., ::-1], axis=2)[..., ::-1]
-    for number, i in enumerate(order):
+    is_loaded = np.concatenate(loaded_masks_by_pair, axis=2)
+    has_begun = np.maximum.accumulate(is_loaded, axis=2)
+    is_path = has_begun & np.maximum.accumulate(is_loaded[..., ::-1], axis=2)[..., ::-1]
+    for number, i in enumerate(pairs_in_order):
         k, share, gap = (values[i] for values in columns.values())
-        on_path = np.roll(
-            path[..., number * per_pitch : (number + 1) * per_pitch], teeth[i], axis=1
+        is_on_path = np.roll(
+            is_path[
+                ..., number * positions_per_pitch : (number + 1) * positions_per_pitch
+            ],
+            teeth[i],
+            axis=1,
         )
-        needed = on_path.reshape(k.shape) | (share > 0.0)
-        missing = np.isnan(k) & needed | (share > 0.0) & ~(k > 0.0)
-        bad = missing | np.isinf(k) | (k < 0.0)
-        _raise_at_first(
+        is_needed = is_on_path.reshape(k.shape) | (share > 0.0)
+        is_missing = np.isnan(k) & is_needed | (share > 0.0) & ~(k > 0.0)
+        is_bad = is_missing | np.isinf(k) | (k < 0.0)
+        _refuse_first_bad_cell(
             table,
             f"pair{i + 1}_stiffness_N_per_m",
-            bad,
+            is_bad,
             f"{FINITE_ON_PATH} and positive",
         )
-        bad = np.isnan(gap) & needed | np.isinf(gap)
-        _raise_at_first(table, f"pair{i + 1}_gap_m", bad, FINITE_ON_PATH)
+        is_bad = np.isnan(gap) & is_needed | np.isinf(gap)
+        _refuse_first_bad_cell(table, f"pair{i + 1}_gap_m", is_bad, FINITE_ON_PATH)
 
 
 def table_pitches(table: MeshTable) -> int:
     """Base pitches that a table covers in equal steps; ValueError if it does not."""
     position, size = table.position, table.position.size
     step = float(position[1] - position[0]) if size > 1 else 1.0
-    per_pitch = round(1.0 / step)  # positions of a base pitch
-    even = 4 <= per_pitch <= size and size % per_pitch == 0
-    if not even or np.abs(position - np.arange(size) / per_pitch).max() > 1e-6:
+    positions_per_pitch = round(1.0 / step)  # positions of a base pitch
+    is_even = 4 <= positions_per_pitch <= size and size % positions_per_pitch == 0
+    if (
+        not is_even
+        or np.abs(position - np.arange(size) / positions_per_pitch).max() > 1e-6
+    ):
         raise ValueError(
             "a mesh table needs 4 or more equally spaced positions from 0 to below 1, "
             "and as many in each further base pitch"
         )
-    return size // per_pitch
+    return size // positions_per_pitch
 
 
 def repeat_table(table: MeshTable, position: Array) -> MeshTable:
     """Table at positions (n,) over more base pitches, after which its pairs repeat."""
-    times, rest = divmod(position.size, table.position.size)
-    if rest:
+    repetitions, remainder = divmod(position.size, table.position.size)
+    if remainder:
         raise ValueError(
             f"{position.size} positions are no whole number of times the "
             f"{table.position.size} of the table"
         )
-    columns = {name: np.tile(values, times) for name, values in table.columns.items()}
+    columns = {
+        name: np.tile(values, repetitions) for name, values in table.columns.items()
+    }
     return MeshTable(table.torque_Nm, position, columns, table.header)
 
 
@@ -258,21 +273,27 @@ def _pair_excitations(
     """
     for mesh_table in (unmodified_table, table):
         _require_whole_path(mesh_table)
-    stiffness = _columns_by_pair(unmodified_table, STIFFNESS, torque)
-    gap = _columns_by_pair(table, "gap_m", torque)
+    stiffness_columns = _columns_by_pair(unmodified_table, STIFFNESS_COLUMN, torque)
+    gap_columns = _columns_by_pair(table, "gap_m", torque)
     if use_modified_stiffness and table is not unmodified_table:
-        stiffness, gap = _with_loads_at_rest(table, stiffness, gap, torque)
-    unknown = np.full(table.position.size, np.nan)
-    gap = {k: gap.get(k, unknown) for k in stiffness}
-    springs = _waves_along_path(stiffness, table_pitches(unmodified_table), 0.0)
-    gaps = _waves_along_path(gap, table_pitches(table), None)
+        stiffness_columns, gap_columns = _springs_with_loads_at_rest(
+            table, stiffness_columns, gap_columns, torque
+        )
+    unknown_gap = np.full(table.position.size, np.nan)
+    gap_columns = {k: gap_columns.get(k, unknown_gap) for k in stiffness_columns}
+    stiffness_waves = _waves_along_path(
+        stiffness_columns, table_pitches(unmodified_table), 0.0
+    )
+    gap_waves = _waves_along_path(gap_columns, table_pitches(table), None)
     return tuple(
-        PairExcitation(springs[k], with_pitch_errors(gaps[k], k, errors), k)
-        for k in springs
+        PairExcitation(
+            stiffness_waves[k], with_pitch_errors(gap_waves[k], k, errors), k
+        )
+        for k in stiffness_waves
     )
 
 
-def _with_loads_at_rest(
+def _springs_with_loads_at_rest(
     table: MeshTable,
     unmodified_stiffness: dict[int, Array],
     gap: dict[int, Array],
@@ -290,22 +311,28 @@ def _with_loads_at_rest(
     """
     _require_finite(table, "ste_m")
     error = column_at_torque(table, "ste_m", torque)
-    modified = _columns_by_pair(table, STIFFNESS, torque)
-    share = _columns_by_pair(table, "load_share", torque)
-    none, unknown = np.zeros(error.size), np.full(error.size, np.nan)
+    modified_stiffness = _columns_by_pair(table, STIFFNESS_COLUMN, torque)
+    load_shares = _columns_by_pair(table, "load_share", torque)
+    zeros, unknown_gap = np.zeros(error.size), np.full(error.size, np.nan)
     stiffness, gaps = {}, {}
-    for k in sorted({*modified, *unmodified_stiffness}):
-        load_share = np.nan_to_num(share.get(k, none))
-        part = np.clip(load_share, 0.0, 1.0)
-        weight = part * part * (3.0 - 2.0 * part)
-        unmodified, modified_gap = (
-            unmodified_stiffness.get(k, none),
-            gap.get(k, unknown),
+    for k in sorted({*modified_stiffness, *unmodified_stiffness}):
+        load_share = np.nan_to_num(load_shares.get(k, zeros))
+        bounded_share = np.clip(load_share, 0.0, 1.0)
+        weight = bounded_share * bounded_share * (3.0 - 2.0 * bounded_share)
+        stiffness_unmodified, modified_gap = (
+            unmodified_stiffness.get(k, zeros),
+            gap.get(k, unknown_gap),
         )
-        secant = np.where(load_share > 0.0, modified.get(k, none), unmodified)
-        unmodified = np.where(unmodified > 0.0, unmodified, secant)
-        stiffness[k] = secant * weight + unmodified * (1.0 - weight)
-        load = np.where(load_share > 0.0, secant * (error - modified_gap), 0.0)
+        secant_stiffness = np.where(
+            load_share > 0.0, modified_stiffness.get(k, zeros), stiffness_unmodified
+        )
+        stiffness_unmodified = np.where(
+            stiffness_unmodified > 0.0, stiffness_unmodified, secant_stiffness
+        )
+        stiffness[k] = secant_stiffness * weight + stiffness_unmodified * (1.0 - weight)
+        load = np.where(
+            load_share > 0.0, secant_stiffness * (error - modified_gap), 0.0
+        )
         loaded_gap = error - load / np.where(load_share > 0.0, stiffness[k], 1.0)
         gaps[k] = np.where(
             load_share > 0.0, loaded_gap, np.maximum(modified_gap, error)
@@ -331,24 +358,26 @@ def _columns_by_pair(
 
 
 def _waves_along_path(
-    columns: dict[int, Array], pitches: int, outside: float | None
+    columns: dict[int, Array], pitches: int, value_off_path: float | None
 ) -> dict[int, Wave]:
-    """Waves by pair; cells without a value take `outside`, or the nearest value.
+    """Waves by pair; cells without a value take `value_off_path`, or the nearest value.
 
     columns : (n,) of the pairs in rising order, over so many base pitches
     """
     if pitches > 1:
-        by_pitch = {k: column.reshape(pitches, -1) for k, column in columns.items()}
-        return _waves_along_different_paths(by_pitch, outside)
-    path, end = _fill_gaps(np.concatenate([*columns.values()]), outside)
+        columns_by_pitch = {
+            k: column.reshape(pitches, -1) for k, column in columns.items()
+        }
+        return _waves_along_different_paths(columns_by_pitch, value_off_path)
+    path, end_value = _fill_gaps(np.concatenate([*columns.values()]), value_off_path)
     size = next(iter(columns.values())).size
     x = min(columns) + np.arange(path.size + 1) / size
-    coefficients = monotone_cubics(x, np.append(path, end))
+    coefficients = monotone_cubics(x, np.append(path, end_value))
     return cut_into_pitches(x, coefficients, (), 0.0)
 
 
 def _waves_along_different_paths(
-    columns: dict[int, Array], outside: float | None
+    columns: dict[int, Array], value_off_path: float | None
 ) -> dict[int, Wave]:
     """Waves by pair if pairs differ, from columns (c, n) over base pitches.
 
@@ -356,23 +385,27 @@ def _waves_along_different_paths(
     """
     (pitches, n), count = next(iter(columns.values())).shape, len(columns)
     shapes = np.empty((count, pitches, n, 4))
-    for first in range(pitches):
-        pitch_indices = (first + np.arange(count)) % pitches
+    for first_pitch in range(pitches):
+        pitch_indices = (first_pitch + np.arange(count)) % pitches
         values = np.concatenate(
             [v[t] for v, t in zip(columns.values(), pitch_indices, strict=True)]
         )
-        path, end = _fill_gaps(values, outside)
-        pieces = monotone_cubics(np.arange(path.size + 1) / n, np.append(path, end))
+        path, end_value = _fill_gaps(values, value_off_path)
+        pieces = monotone_cubics(
+            np.arange(path.size + 1) / n, np.append(path, end_value)
+        )
         shapes[np.arange(count), pitch_indices] = pieces.reshape(count, n, 4)
     breaks = np.arange(n + 1) / n
     return {k: Wave(breaks, shapes[i]) for i, k in enumerate(columns)}
 
 
-def _fill_gaps(path: Array, outside: float | None) -> tuple[Array, float]:
+def _fill_gaps(path: Array, value_off_path: float | None) -> tuple[Array, float]:
     """Path with gaps filled, and the value at its end."""
-    missing = ~np.isfinite(path)
-    if outside is None and not missing.all():
-        path = np.interp(np.arange(path.size), np.flatnonzero(~missing), path[~missing])
-        missing[:] = False
-    path[missing] = outside or 0.0
-    return path, float(path[-1]) if outside is None else outside
+    is_missing = ~np.isfinite(path)
+    if value_off_path is None and not is_missing.all():
+        path = np.interp(
+            np.arange(path.size), np.flatnonzero(~is_missing), path[~is_missing]
+        )
+        is_missing[:] = False
+    path[is_missing] = value_off_path or 0.0
+    return path, float(path[-1]) if value_off_path is None else value_off_path

@@ -76,7 +76,9 @@ class ToothFriction:
             require_between(name, value, 0, 1, below=True)
         require_fields(self)
         if self.transition and self.sliding == "nominal":
-            raise ValueError("transition is of instantaneous sliding, got nominal")
+            raise ValueError(
+                f"transition = {self.transition:g}; is of instantaneous sliding"
+            )
 
     def _ratios(self) -> Iterator[tuple[str, float]]:
         """Names and values of all friction-bending ratios, at the breaks of waves."""

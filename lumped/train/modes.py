@@ -57,6 +57,12 @@ class Modes:
         """Twice the strain energy (n,) of each mode [1/s2]."""
         return np.asarray(self.angular**2)
 
+    @property
+    def mesh_resonances_Hz(self) -> Array:
+        """Natural frequencies [Hz] of modes that strain the meshes."""
+        strained = self.mesh_energy.sum(axis=0) >= MIN_RESONANCE_ENERGY
+        return np.asarray(self.frequency_Hz[strained])
+
     def spring_energy(self, kind: str) -> Array:
         """Fraction of the strain energy of each mode in springs of a kind.
 
@@ -147,8 +153,8 @@ def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
     stiffness = np.array(mean_stiffness, float)
     if stiffness.shape != (len(train.meshes),) or not (stiffness > 0.0).all():
         raise TrainError(
-            f"mean_stiffness must hold {len(train.meshes)} positive numbers, "
-            f"got {mean_stiffness}"
+            f"mean_stiffness = {mean_stiffness}; must hold {len(train.meshes)} "
+            "positive numbers"
         )
     coordinates = train_coordinates(train)
     rows = np.concatenate([coordinates.mesh_rows, coordinates.spring_rows])

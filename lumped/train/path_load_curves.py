@@ -75,31 +75,31 @@ def path_load_curves(
     """
     _require_equal_pairs(table)
     _require_hardening(table, without)
-    rising = np.argsort(table.torque_Nm)
+    rising_order = np.argsort(table.torque_Nm)
     teeth = pair_teeth(table)
-    force = table.torque_Nm[rising] / base_radius
+    force = table.torque_Nm[rising_order] / base_radius
     share, gaps = (
-        np.stack([table[name][rising] for name in pair_names(table, quantity)])
+        np.stack([table[name][rising_order] for name in pair_names(table, quantity)])
         for quantity in ("load_share", "gap_m")
     )  # (k, t, n)
     load = np.nan_to_num(share) * force[:, None]
     gap = np.nan_to_num(gaps, nan=OPEN_GAP).min(axis=1)
     if len(teeth) > 1 and not _has_mutual_compliance(table):
         # neighbouring pairs keep a pair open that would touch alone
-        unloaded_gap = np.where(load > 0.0, 0.0, table["ste_m"][rising])
+        unloaded_gap = np.where(load > 0.0, 0.0, table["ste_m"][rising_order])
         gap = np.maximum(gap, unloaded_gap.max(axis=1))
-    penetration = table["ste_m"][rising] - gap[:, None]
+    penetration = table["ste_m"][rising_order] - gap[:, None]
     compliance: dict[int, Array] = {}
     for i, j in permutations(range(len(teeth)), 2):
-        both_loaded = ((load[i] > 0.0) & (load[j] > 0.0))[np.argsort(rising)]
+        both_loaded = ((load[i] > 0.0) & (load[j] > 0.0))[np.argsort(rising_order)]
         values = _mutual_compliance(table, i, j, both_loaded, "pairs" not in without)
         penetration[i] -= values * load[j]
-        by_pair = np.zeros((len(teeth), values.size))
-        by_pair[i] = values
-        ahead = teeth[j] - teeth[i]
-        compliance[ahead] = compliance.get(ahead, 0.0) + _arrange_along_path(
-            by_pair, teeth, 0.0
-        )
+        compliance_by_pair = np.zeros((len(teeth), values.size))
+        compliance_by_pair[i] = values
+        pitches_ahead = teeth[j] - teeth[i]
+        compliance[pitches_ahead] = compliance.get(
+            pitches_ahead, 0.0
+        ) + _arrange_along_path(compliance_by_pair, teeth, 0.0)
     knots, loads = _load_curves(
         _arrange_along_path(penetration, teeth, 0.0),
         _arrange_along_path(load, teeth, 0.0),
@@ -130,15 +130,15 @@ def _require_equal_pairs(table: MeshTable) -> None:
         raise ValueError(f"column pair1_load_share is missing; {NEEDED} tooth pairs")
     if not np.isfinite(table["ste_m"]).all():
         raise ValueError(f"ste_m has empty cells; {NEEDED} a number in each")
-    least = float(table.torque_Nm.min())
-    if not least > 0.0:
-        raise ValueError(f"torque_Nm = {least:g}; {NEEDED} positive torques")
+    least_torque = float(table.torque_Nm.min())
+    if not least_torque > 0.0:
+        raise ValueError(f"torque_Nm = {least_torque:g}; {NEEDED} positive torques")
     shares = np.nansum([table[n] for n in pair_names(table, "load_share")], axis=0)
-    worst = float(shares.flat[np.abs(shares - 1.0).argmax()])
-    if not abs(worst - 1.0) <= MAX_SHARE_ERROR:
+    shares_sum = float(shares.flat[np.abs(shares - 1.0).argmax()])
+    if not abs(shares_sum - 1.0) <= MAX_SHARE_ERROR:
         raise ValueError(
-            f"load_share of all pairs = {worst:g} at some position; {NEEDED} shares "
-            "that make 1"
+            f"load_share of all pairs = {shares_sum:g} at some position; {NEEDED} "
+            "shares that make 1"
         )
 
 
@@ -158,39 +158,41 @@ def _has_mutual_compliance(table: MeshTable) -> bool:
 
 
 def _mutual_compliance(
-    table: MeshTable, i: int, j: int, both_loaded: NDArray[np.bool_], required: bool
+    table: MeshTable, i: int, j: int, both_loaded: NDArray[np.bool_], is_required: bool
 ) -> Array:
     """Mutual compliance (n,) of pairs i and j [m/N], 0 where it is unknown.
 
     It is the mean over all torques, since the load only shifts its position slightly.
 
     both_loaded : (t, n) mask of the positions where both carry load
-    required : whether it must be known there
+    is_required : whether it must be known there
     """
     name = pair_compliance_name(i, j)
     if name not in table.columns:
-        if both_loaded.any() and required:
+        if both_loaded.any() and is_required:
             raise ValueError(
                 f"column {name} is missing; {NEEDED} it to know how pairs deflect each "
                 "other, else it must be without pairs"
             )
         return np.zeros(table.position.size)
     values = table[name]
-    finite = np.isfinite(values)
-    for t, n in np.argwhere(both_loaded & ~finite):
+    is_finite = np.isfinite(values)
+    for t, n in np.argwhere(both_loaded & ~is_finite):
         raise ValueError(
             f"{name} is {values[t, n]:g} at {table.torque_Nm[t]:g} N m, position "
             f"{table.position[n]:g}; where both pairs carry it must be a number"
         )
-    total = np.where(finite, values, 0.0).sum(axis=0)
-    return np.asarray(total / np.maximum(finite.sum(axis=0), 1))
+    total = np.where(is_finite, values, 0.0).sum(axis=0)
+    return np.asarray(total / np.maximum(is_finite.sum(axis=0), 1))
 
 
-def _arrange_along_path(values: Array, teeth: list[int], outside: float) -> Array:
+def _arrange_along_path(
+    values: Array, teeth: list[int], value_off_path: float
+) -> Array:
     """Reshape values (k, ..., n) of the pairs to one row (..., s) along the path."""
-    low, high = min(teeth), max(teeth)
-    path = np.full((high - low + 1, *values.shape[1:]), outside)
-    path[np.array(teeth) - low] = values
+    least_tooth, largest_tooth = min(teeth), max(teeth)
+    path = np.full((largest_tooth - least_tooth + 1, *values.shape[1:]), value_off_path)
+    path[np.array(teeth) - least_tooth] = values
     return np.moveaxis(path, 0, -2).reshape(*values.shape[1:-1], -1)
 
 
@@ -206,22 +208,28 @@ def _load_curves(
         for x, f, mask in zip(penetration.T, load.T, is_loaded.T, strict=True)
     ]
     log_largest = np.array([x.max(initial=-np.inf) for x, _ in points])
-    reliable = np.flatnonzero(log_largest > np.log(EXTRAPOLATE_FROM * scale))
-    hardening = _typical_hardening([points[s] for s in reliable])
+    reliable_positions = np.flatnonzero(log_largest > np.log(EXTRAPOLATE_FROM * scale))
+    hardening = _typical_hardening([points[s] for s in reliable_positions])
     log_scale = np.log([scale])
-    for s in sorted({*range(len(points))} - {*reliable}):
+    for s in sorted({*range(len(points))} - {*reliable_positions}):
         # a pair that hardly carries load here is extrapolated as where it does
-        nearest = points[reliable[np.abs(reliable - s).argmin()]]
+        nearest_points = points[
+            reliable_positions[np.abs(reliable_positions - s).argmin()]
+        ]
         x, k = points[s]
         if x.size and table.torque_Nm.size == 1:
             continue  # a load curve without hardening is a line through its point
-        stiffness = np.append(k, _stiffness(nearest, hardening, log_scale))
-        points[s] = (np.append(x, log_scale), stiffness) if x.size else nearest
+        stiffness = np.append(
+            k, _interpolate_stiffness(nearest_points, hardening, log_scale)
+        )
+        points[s] = (np.append(x, log_scale), stiffness) if x.size else nearest_points
     knots = MAX_PENETRATION_RATIO * scale * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
     loads = np.zeros((len(points), knots.size))
     for s, curve in enumerate(points):
-        loads[s, 1:] = knots[1:] * _stiffness(curve, hardening, np.log(knots[1:]))
-    _raise_at_first(
+        loads[s, 1:] = knots[1:] * _interpolate_stiffness(
+            curve, hardening, np.log(knots[1:])
+        )
+    _refuse_first_bad_position(
         np.diff(loads, axis=1).min(axis=1)[None] <= 0.0, table, FALLING_LOAD_MESSAGE
     )
     return knots, loads
@@ -235,7 +243,7 @@ def _typical_hardening(points: Sequence[tuple[Array, Array]]) -> float:
     return float(np.clip(np.median(slopes), 0.0, MAX_HARDENING)) if slopes else 0.0
 
 
-def _stiffness(
+def _interpolate_stiffness(
     points: tuple[Array, Array], hardening: float, log_penetration: Array
 ) -> Array:
     """Stiffness F / x [N/m] at logarithms of penetrations (j,), from that at points.
@@ -248,15 +256,19 @@ def _stiffness(
     if x.size == 1:
         x, k = np.array([x[0] - 1.0, x[0]]), k * np.array([1.0 - hardening, 1.0])
     curve = PchipInterpolator(x, k)
-    low, high = curve(x[[0, -1]], 1)
-    low = np.clip(low, 0.0, MAX_HARDENING * k[0])
-    high = np.clip(high, 0.0, 2.0 * hardening * k[-1])  # not from a trace of load alone
-    inside = np.clip(log_penetration, x[0], x[-1])
-    extrapolation = np.where(log_penetration < x[0], low, high) * (
-        log_penetration - inside
+    slope_below, slope_above = curve(x[[0, -1]], 1)
+    slope_below = np.clip(slope_below, 0.0, MAX_HARDENING * k[0])
+    slope_above = np.clip(
+        slope_above, 0.0, 2.0 * hardening * k[-1]
+    )  # not from a trace of load alone
+    clipped_penetration = np.clip(log_penetration, x[0], x[-1])
+    extrapolation = np.where(log_penetration < x[0], slope_below, slope_above) * (
+        log_penetration - clipped_penetration
     )
     return np.asarray(
-        np.maximum(curve(inside) + extrapolation, MIN_STIFFNESS_RATIO * k[0])
+        np.maximum(
+            curve(clipped_penetration) + extrapolation, MIN_STIFFNESS_RATIO * k[0]
+        )
     )
 
 
@@ -264,25 +276,27 @@ def _require_agreement(
     penetration: Array, load: Array, scale: float, table: MeshTable
 ) -> None:
     """Require that loads (t, s) increase with penetrations, from zero at zero."""
-    carries = load > 0.0
+    carries_load = load > 0.0
     contradicts = np.where(
-        carries,
+        carries_load,
         penetration < -MAX_CONTRADICTION * scale,
         penetration > MAX_CONTRADICTION * scale,
     )
-    _raise_at_first(contradicts | (load < 0.0), table, CONTRADICTION_MESSAGE)
-    is_loaded = carries & (penetration > MIN_PENETRATION * scale)
-    grows = (np.diff(penetration, axis=0) > 0.0) & (np.diff(load, axis=0) > 0.0)
-    _raise_at_first(
-        is_loaded[:-1] & is_loaded[1:] & ~grows, table, FALLING_LOAD_MESSAGE
+    _refuse_first_bad_position(contradicts | (load < 0.0), table, CONTRADICTION_MESSAGE)
+    is_loaded = carries_load & (penetration > MIN_PENETRATION * scale)
+    is_growing = (np.diff(penetration, axis=0) > 0.0) & (np.diff(load, axis=0) > 0.0)
+    _refuse_first_bad_position(
+        is_loaded[:-1] & is_loaded[1:] & ~is_growing, table, FALLING_LOAD_MESSAGE
     )
 
 
-def _raise_at_first(bad: NDArray[np.bool_], table: MeshTable, allowed: str) -> None:
+def _refuse_first_bad_position(
+    is_bad: NDArray[np.bool_], table: MeshTable, requirement: str
+) -> None:
     """Raise ValueError at the first bad position along the path (t, s)."""
-    for _, s in np.argwhere(bad):
-        ahead, index = divmod(int(s), table.position.size)
-        number = pair_teeth(table).index(ahead + min(pair_teeth(table))) + 1
+    for _, s in np.argwhere(is_bad):
+        pitches_ahead, index = divmod(int(s), table.position.size)
+        number = pair_teeth(table).index(pitches_ahead + min(pair_teeth(table))) + 1
         raise ValueError(
-            f"pair{number} at position {table.position[index]:g}: {allowed}"
+            f"pair{number} at position {table.position[index]:g}: {requirement}"
         )

@@ -49,23 +49,25 @@ def linearise_bearings(train: Train) -> Train:
         the train has a carrier.
     """
     gears = list(train.gears)
-    rolling = [i for i, gear in enumerate(gears) if gear.rolling_bearing is not None]
-    if not rolling:
+    gears_on_rolling_bearings = [
+        i for i, gear in enumerate(gears) if gear.rolling_bearing is not None
+    ]
+    if not gears_on_rolling_bearings:
         return train
-    _require_plain(train)
+    _require_statically_determined(train)
     loads = bearing_loads(train)
-    for i in rolling:
+    for i in gears_on_rolling_bearings:
         load = float(np.hypot(*loads[i]))
         if load < MIN_LOAD:
             raise TrainError(
                 f"gear {gears[i].name!r}: its rolling bearing has no load, under which "
                 "its stiffness would be 0"
             )
-        gears[i] = _with_springs(gears[i], loads[i])
+        gears[i] = _with_linear_bearing(gears[i], loads[i])
     return replace(train, gears=tuple(gears))
 
 
-def _with_springs(gear: Gear, load: Array) -> Gear:
+def _with_linear_bearing(gear: Gear, load: Array) -> Gear:
     bearing = require_present(gear.rolling_bearing, "rolling_bearing")
     support = mean_support(bearing, float(np.hypot(*load)))
     return replace(
@@ -81,15 +83,15 @@ def without_rolling_bearings(train: Train) -> Train:
     return replace(train, gears=gears)
 
 
-def _require_plain(train: Train) -> None:
+def _require_statically_determined(train: Train) -> None:
     """Raise TrainError for bearings whose load would not follow from the torques."""
     if train.carrier is not None:
         raise TrainError("rolling bearings: not in planetary sets, use stiffnesses")
     for members in rigid_groups(train):
         bearings = {train.gears[i].rolling_bearing for i in members}
-        supported = [train.gears[i].bearing_stiffness for i in members]
+        stiffnesses = [train.gears[i].bearing_stiffness for i in members]
         name = "+".join(train.gears[i].name for i in members)
-        if bearings - {None} and (len(bearings - {None}) > 1 or any(supported)):
+        if bearings - {None} and (len(bearings - {None}) > 1 or any(stiffnesses)):
             raise TrainError(f"gears {name!r}: one rigid shaft, so equal bearings only")
 
 
@@ -99,32 +101,36 @@ def bearing_loads(train: Train) -> Array:
     Forces of meshes and shafts balance the torques; gears on one rigid shaft share
     their load equally.
     """
-    fixed = [
+    fixed_gears = [
         replace(gear, bearing_stiffness=None, rolling_bearing=None)
         for gear in train.gears
     ]
-    space = train_coordinates(replace(train, gears=tuple(fixed)))
-    rows = np.concatenate([space.mesh_rows, space.spring_rows])
-    forces, *_ = np.linalg.lstsq(rows.T, space.load, rcond=None)
-    if np.abs(rows.T @ forces - space.load).max() > BALANCE_RTOL * np.abs(
-        space.load
+    fixed_coordinates = train_coordinates(replace(train, gears=tuple(fixed_gears)))
+    rows = np.concatenate([fixed_coordinates.mesh_rows, fixed_coordinates.spring_rows])
+    forces, *_ = np.linalg.lstsq(rows.T, fixed_coordinates.load, rcond=None)
+    if np.abs(rows.T @ forces - fixed_coordinates.load).max() > BALANCE_RTOL * np.abs(
+        fixed_coordinates.load
     ).max(initial=0.0):
         raise TrainError("torques do not balance: the load on bearings is not known")
-    moving = [
+    moving_gears = [
         replace(gear, bearing_stiffness=UNIT_STIFFNESS)
         if gear.rolling_bearing is not None
         else fixed_gear
-        for gear, fixed_gear in zip(train.gears, fixed, strict=True)
+        for gear, fixed_gear in zip(train.gears, fixed_gears, strict=True)
     ]
-    plane = train_coordinates(replace(train, gears=tuple(moving)))
+    moving_coordinates = train_coordinates(replace(train, gears=tuple(moving_gears)))
     mesh_forces = forces[: len(train.meshes)]
-    on_bodies = -plane.mesh_rows.T @ mesh_forces
+    body_forces = -moving_coordinates.mesh_rows.T @ mesh_forces
     loads = np.zeros((len(train.gears), 2))
     for members in rigid_groups(train):
-        on_bearing = [i for i in members if train.gears[i].rolling_bearing is not None]
-        for i in on_bearing:
+        members_on_bearing = [
+            i for i in members if train.gears[i].rolling_bearing is not None
+        ]
+        for i in members_on_bearing:
             for k, axis in enumerate("xy"):
-                loads[i, k] = on_bodies[plane.indices[i, axis]] / len(on_bearing)
+                loads[i, k] = body_forces[moving_coordinates.indices[i, axis]] / len(
+                    members_on_bearing
+                )
     loads[np.abs(loads) < LOAD_RTOL * np.abs(mesh_forces).max(initial=0.0)] = 0.0
     return loads
 
@@ -151,35 +157,37 @@ class RollingSupports:
 
     def extended(self, arrays: ModalSystem) -> ModalSystem:
         """The system with the rotations of the rings as further coordinates."""
-        none = np.zeros(self.count)
+        zeros = np.zeros(self.count)
         shapes = np.pad(arrays.shapes, ((0, 0), (0, self.count)))
         return arrays._replace(
-            rigidity=np.concatenate([arrays.rigidity, none]),
-            damping=np.concatenate([arrays.damping, none]),
-            load=np.concatenate([arrays.load, none]),
+            rigidity=np.concatenate([arrays.rigidity, zeros]),
+            damping=np.concatenate([arrays.damping, zeros]),
+            load=np.concatenate([arrays.load, zeros]),
             shapes=np.ascontiguousarray(shapes),
         )
 
     def samples(self, samples: ExcitationSamples) -> BearingSamples:
         """Steps of a common period with the bearings."""
-        counts = [bearing.elements for bearing in self.bearings]
-        angles = np.concatenate([2.0 * math.pi * np.arange(n) / n for n in counts])
+        element_counts = [bearing.elements for bearing in self.bearings]
+        angles = np.concatenate(
+            [2.0 * math.pi * np.arange(n) / n for n in element_counts]
+        )
         waves = [
             (wave.order, wave.amplitude, wave.phase, wave.inner)
             for bearing in self.bearings
             for wave in bearing.waves
         ]
-        numbers = [len(bearing.waves) for bearing in self.bearings]
+        wave_counts = [len(bearing.waves) for bearing in self.bearings]
         return BearingSamples(
             *samples,
             rows=np.pad(self.rows, ((0, 0), (0, 0), (0, self.count))),
             reference=np.ascontiguousarray(self.reference),
-            parameters=np.array([_parameters(b) for b in self.bearings], float),
-            first_element=np.concatenate([[0], np.cumsum(counts)]),
+            parameters=np.array([_bearing_parameters(b) for b in self.bearings], float),
+            first_element=np.concatenate([[0], np.cumsum(element_counts)]),
             angles=angles,
             cosines=np.cos(angles),
             sines=np.sin(angles),
-            first_wave=np.concatenate([[0], np.cumsum(numbers)]),
+            first_wave=np.concatenate([[0], np.cumsum(wave_counts)]),
             waves=np.array(waves, float).reshape(-1, 4),
         )
 
@@ -201,7 +209,7 @@ class RollingSupports:
                 springs += support.energy(u) - 0.5 * u @ k @ u
             return float(springs)
 
-        q, size = start, float(np.abs(arrays.load).max())
+        q, largest_load = start, float(np.abs(arrays.load).max())
         for _ in range(MAX_ITERATIONS):
             residual = arrays.load - arrays.rigidity * q
             jacobian = np.diag(arrays.rigidity)
@@ -211,7 +219,7 @@ class RollingSupports:
                 u = rows @ q
                 residual -= rows.T @ (support.force(u) - k @ u)
                 jacobian = jacobian + rows.T @ (support.stiffness(u) - k) @ rows
-            if np.abs(residual).max() <= EQUILIBRIUM_RTOL * size:
+            if np.abs(residual).max() <= EQUILIBRIUM_RTOL * largest_load:
                 break
             q = q + _decreasing_step(energy, q, jacobian, residual)
         return q if np.isfinite(q).all() else start
@@ -220,17 +228,17 @@ class RollingSupports:
 def _decreasing_step(
     energy: Callable[[Array], float], q: Array, jacobian: Array, residual: Array
 ) -> Array:
-    level = 1e-12 * float(np.abs(jacobian).max())
-    step = np.linalg.solve(jacobian + level * np.eye(q.size), residual)
-    before, slope = energy(q), float(residual @ step)
+    regularisation = 1e-12 * float(np.abs(jacobian).max())
+    step = np.linalg.solve(jacobian + regularisation * np.eye(q.size), residual)
+    energy_before, slope = energy(q), float(residual @ step)
     for _ in range(60):
-        if energy(q + step) <= before - 1e-4 * slope:
+        if energy(q + step) <= energy_before - 1e-4 * slope:
             break
         step, slope = 0.5 * step, 0.5 * slope
     return np.asarray(step)
 
 
-def _parameters(bearing: BallBearing | RollerBearing) -> tuple[float, ...]:
+def _bearing_parameters(bearing: BallBearing | RollerBearing) -> tuple[float, ...]:
     """A row of `BearingSamples.parameters`."""
     ratio = cage_over_shaft(bearing)
     coefficient, exponent = bearing.coefficient, bearing.exponent
@@ -256,7 +264,7 @@ def rolling_supports(
             if (bearing := gear.rolling_bearing) is not None
         ),
         rows=rows,
-        reference=np.array([_reference(train.gears[i]) for i in gears]),
+        reference=np.array([_bearing_stiffness_matrix(train.gears[i]) for i in gears]),
         rates=2.0 * math.pi * np.array([float(rate) for rate in rates]),
     )
 
@@ -277,7 +285,7 @@ def bearing_rows(modes: Modes, gear: int) -> Array:
     return np.array([modes.shapes[indices[gear, axis]] for axis in "xy"])
 
 
-def _reference(gear: Gear) -> Array:
+def _bearing_stiffness_matrix(gear: Gear) -> Array:
     """Stiffness matrix (2, 2) of a gear's springs [N/m]."""
     angle = gear.bearing_direction
     axes = np.array(

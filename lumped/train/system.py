@@ -346,6 +346,28 @@ class LumpedSystem:
         strained = self.loaded.mesh_energy.sum(axis=0) > MIN_FELT_ENERGY
         return np.asarray(self.loaded.frequency_Hz[strained])
 
+    def speed_band(self, low: float, high: float) -> tuple[float, float] | None:
+        """Speeds around resonances that meshes excite, without body modes.
+
+        Parameters
+        ----------
+        low, high : float
+            Factors of the lowest and of the highest natural frequency that strains the
+            meshes.
+
+        Returns
+        -------
+        tuple of float or None
+            Mesh frequencies of the first mesh [Hz]; None where no mode strains the
+            meshes enough.
+        """
+        resonances = self.modes.mesh_resonances_Hz
+        if not resonances.size:
+            return None
+        rates = [float(rate) for rate in self.train.mesh_rates]
+        lowest = low * float(resonances.min()) / max(rates)
+        return lowest, high * float(resonances.max()) / min(rates)
+
     @cached_property
     def static_state(self) -> Array:
         """Modal displacement at rest under the mean stiffness, zero velocity (2, n).

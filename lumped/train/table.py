@@ -64,7 +64,7 @@ class MeshTable:
         shape = (self.torque_Nm.size, self.position.size)
         for name, values in self.columns.items():
             if values.shape != shape:
-                raise TableError(f"{name} must have shape {shape}, got {values.shape}")
+                raise TableError(f"shape of {name} = {values.shape}; must be {shape}")
         torques = self.torque_Nm.tolist()
         for torque in torques:
             if torques.count(torque) > 1:

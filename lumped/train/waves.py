@@ -57,8 +57,8 @@ class Wave:
             4,
         ):
             raise ValueError(
-                f"coefficients must have shape {(pieces, 4)}, "
-                f"got {self.coefficients.shape}"
+                f"shape of coefficients = {self.coefficients.shape}; must be "
+                f"{(pieces, 4)}"
             )
         if self.breaks[0] != 0.0 or self.breaks[-1] != 1.0:
             raise ValueError("breaks must begin at 0 and end at 1")
@@ -208,7 +208,7 @@ def wave_from_samples(samples: ArrayLike, pitches: int = 1) -> Wave:
     values = np.asarray(samples, float)
     n, margin = values.size // pitches, 3
     if values.ndim != 1 or n < 4 or n * pitches != values.size:
-        raise ValueError(f"samples must have shape (n,), n >= 4, got {values.shape}")
+        raise ValueError(f"shape of samples = {values.shape}; must be (n,), n >= 4")
     if not np.isfinite(values).all():
         raise ValueError("samples must be finite")
     index = np.arange(-margin, values.size + margin + 1)

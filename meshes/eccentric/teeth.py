@@ -53,10 +53,10 @@ class Rack:
 
     def __post_init__(self) -> None:
         if not 0.1 <= self.tip_height <= 2.0:
-            got = f"{self.tip_height:g} modules; allowed 0.1 to 2"
+            got = f"{self.tip_height:g} modules; must be 0.1 to 2"
             raise GeometryError("addendum", got)
         if not self.tip_height < self.root_depth <= 3.0:
-            got = f"{self.root_depth:g} modules; allowed above the addendum "
+            got = f"{self.root_depth:g} modules; must be above the addendum "
             raise GeometryError("dedendum", f"{got}{self.tip_height:g}, to 3")
         if not self.rounding > 0.0:
             most = floored(0.25 * math.pi / math.tan(self.pressure_angle))
@@ -212,7 +212,7 @@ class ToothedPair:
     def __post_init__(self) -> None:
         most = MAX_TEETH // self.pair.lobes
         if not MIN_TEETH <= self.teeth <= most:
-            allowed = f"allowed {MIN_TEETH} to {most}"
+            allowed = f"must be {MIN_TEETH} to {most}"
             raise GeometryError("teeth", f"{self.teeth}; {allowed}")
         require_feasible(self.pair, self.pressure_angle)
         for name, wheel in (("driver", self.driver), ("driven wheel", self.driven)):

@@ -14,7 +14,7 @@ from fegear.cli import app
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.trains.model_texts import static_warnings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
@@ -70,7 +70,7 @@ def test_slow_motion_transmits_a_constant_force(model):
 def test_the_way_of_the_source_is_far_off_at_rest_and_warns():
     """Stiffnesses of teeth that share the load without relief."""
     gear_set = make_gear_set(LONG_RECESS)
-    source = LumpedModel(stiffness=StiffnessSource(relief_stiffness="unmodified"))
+    source = LumpedModel(excitation=ExcitationSettings(relief_stiffness="unmodified"))
     system = lumped_system(gear_set, 50.0, source)
     (check,) = system.static_checks
     assert check.error > 0.5
@@ -83,7 +83,7 @@ def test_the_way_of_the_source_is_far_off_at_rest_and_warns():
 
 
 def test_rectangular_stiffness_has_no_reference():
-    model = LumpedModel(stiffness=StiffnessSource(kind="rectangular"))
+    model = LumpedModel(excitation=ExcitationSettings(kind="rectangular"))
     system = lumped_system(load_gear_set("liu-idler"), 100.0, model)
     assert system.static_checks == ()
 

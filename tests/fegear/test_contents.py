@@ -96,7 +96,7 @@ def test_tables_from_python_are_inputs_to_the_last_bit():
     def inputs(scale: float) -> dict[str, str]:
         table = mesh_table(scale, 3000)
         source = GivenTables((("t.csv", table),))
-        model = fegear.LumpedModel(stiffness=source)
+        model = fegear.LumpedModel(excitation=source)
         return replace(with_table("branches"), model=model).inputs
 
     assert inputs(1.0) == inputs(1.0)

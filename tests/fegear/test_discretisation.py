@@ -16,7 +16,7 @@ from fegear.gearset import GearSet, make_gear_set
 from fegear.statics.mesh_result import ErrorEstimate, largest_errors
 from fegear.statics.settings import RESOLUTIONS, Fineness, Resolution, StaticsSettings
 from fegear.statics.solving import contact_problem, solve_mesh
-from validation.random_sets.generator import draw_pair, draw_torque
+from validation.commands.validate.random_sets.generator import draw_pair, draw_torque
 
 SEED = 662607015  # numbers 0 to 99 are those on which the factor was chosen
 HELD_BACK = range(100, 112)

@@ -128,7 +128,7 @@ def study_of_command(argv: list[str], monkeypatch) -> Any:
     def stop(study: Any, outputs: Any) -> None:
         raise ParsedError(study)
 
-    monkeypatch.setattr("fegear.cli.studies._check_outputs", stop)
+    monkeypatch.setattr("fegear.cli.studies.check_outputs", stop)
     result = CliRunner().invoke(app, argv)
     assert isinstance(result.exception, ParsedError), result.exception
     return result.exception.args[0]

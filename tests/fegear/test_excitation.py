@@ -11,8 +11,8 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.unmodified import unmodified
 from fegear.statics.excitation import Excitations
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.gap_points import gap_points
-from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
@@ -20,7 +20,7 @@ RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
 
 @pytest.fixture(scope="module")
 def elements(private_cache):
-    return Excitations(StiffnessSource(positions=64))
+    return Excitations(ExcitationSettings(positions=64))
 
 
 def test_statics_of_model_1_are_those_of_the_elements(elements):
@@ -38,7 +38,9 @@ def test_statics_of_model_1_are_those_of_the_elements(elements):
 
 def test_relief_leaves_the_pair_stiffness_of_the_source():
     """Modified teeth that carry nothing at rest may meet in motion."""
-    source = Excitations(StiffnessSource(positions=64, relief_stiffness="unmodified"))
+    source = Excitations(
+        ExcitationSettings(positions=64, relief_stiffness="unmodified")
+    )
     plain = source.mesh_excitation(load_gear_set("liu-idler"), 0, 100.0, 1)
     relieved = source.mesh_excitation(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
     x = np.arange(64) / 64
@@ -100,7 +102,7 @@ def test_unmodified_touches_one_mesh_only():
 def test_tables_are_solved_once(elements, monkeypatch):
     gear_set = load_gear_set("liu-idler")
     table = elements.table(gear_set, 0, 100.0)
-    monkeypatch.setattr(Excitations, "_solved", lambda *_: pytest.fail("again"))
+    monkeypatch.setattr(Excitations, "_solve_statics", lambda *_: pytest.fail("again"))
     varied = load_gear_set("liu-idler", {"mesh.2.phase": 0.3})
     assert elements.table(varied, 0, 100.0) is table
 
@@ -113,7 +115,7 @@ def test_tables_that_were_used_last_are_kept(monkeypatch):
         solved.append(torque)
         return result
 
-    monkeypatch.setattr(Excitations, "_solved", solve)
+    monkeypatch.setattr(Excitations, "_solve_statics", solve)
     monkeypatch.setattr("fegear.statics.excitation.MAX_TABLES", 2)
     source = Excitations()
     for torque in (1.0, 2.0, 1.0, 3.0, 1.0, 2.0):
@@ -122,20 +124,20 @@ def test_tables_that_were_used_last_are_kept(monkeypatch):
 
 
 def test_printed_figures_win_over_tables():
-    source = Excitations(StiffnessSource(kind="rectangular"))
+    source = Excitations(ExcitationSettings(kind="rectangular"))
     excitation = source.mesh_excitation(load_gear_set("liu-idler"), 0, 100.0, 1)
     assert excitation.mean_stiffness == 2.9831e8
 
 
 @pytest.mark.parametrize("kind", ["trapezoid", "fourier"])
 def test_other_waves_keep_the_mean(kind):
-    source = Excitations(StiffnessSource(kind=kind))
+    source = Excitations(ExcitationSettings(kind=kind))
     excitation = source.mesh_excitation(load_gear_set("liu-idler"), 0, 100.0, 3)
     assert excitation.pairs[0].stiffness.mean == pytest.approx(2.9831e8, rel=1e-9)
 
 
 def test_fourier_knows_no_relief():
-    source = Excitations(StiffnessSource(kind="fourier"))
+    source = Excitations(ExcitationSettings(kind="fourier"))
     with pytest.raises(InputError, match="mesh 1 has a profile modification"):
         source.mesh_excitation(load_gear_set("liu-idler", RELIEVED), 0, 100.0, 1)
 

@@ -15,18 +15,18 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.given_tables import read_mesh_tables
 from fegear.statics.mesh_table_files import read_mesh_table
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.signals.averages import order_amplitudes
 from lumped.steady.respond import respond_with_history
 
 TORQUE = 100.0
-SOURCE = StiffnessSource(positions=16, resolution="coarse")
+SOURCE = ExcitationSettings(positions=16, resolution="coarse")
 PAIR = {
     "name": "small",
     "defaults": {"module_mm": 2.0, "face_width_mm": 20.0},
@@ -64,7 +64,7 @@ def pair_with(driver=None, driven=None, **mesh) -> GearSet:
 
 
 def system_of(gear_set, model, elements, torque=TORQUE, **more):
-    chosen = LumpedModel(number=model, stiffness=SOURCE, **more)
+    chosen = LumpedModel(number=model, excitation=SOURCE, **more)
     return lumped_system(gear_set, torque, chosen, elements)
 
 
@@ -252,9 +252,9 @@ def test_any_faults_have_their_static_error(
 def test_a_table_of_faulty_teeth_replaces_their_elements(elements, tmp_path):
     gear_set = pair_with(FAULTS["spall"])
     path = tmp_path / "spalled.csv"
-    elements._statics_of(gear_set, 0, TORQUE).to_csv(path)
+    elements._statics_result(gear_set, 0, TORQUE).to_csv(path)
     tables = read_mesh_tables([path], gear_set)
-    one = lumped_system(gear_set, TORQUE, LumpedModel(stiffness=tables))
+    one = lumped_system(gear_set, TORQUE, LumpedModel(excitation=tables))
     two = system_of(gear_set, 1, elements)
     times = np.linspace(0.0, 16.9, 101)
     for a, b in zip(
@@ -266,13 +266,13 @@ def test_a_table_of_faulty_teeth_replaces_their_elements(elements, tmp_path):
     healthy.to_csv(tmp_path / "healthy.csv")
     tables = read_mesh_tables([tmp_path / "healthy.csv"], gear_set)
     with pytest.raises(InputError, match="repeat after 17 for their faults"):
-        lumped_system(gear_set, TORQUE, LumpedModel(stiffness=tables))
+        lumped_system(gear_set, TORQUE, LumpedModel(excitation=tables))
 
 
 @pytest.mark.parametrize("kind", ["rectangular", "trapezoid", "fourier"])
 def test_key_figures_have_no_faults(kind):
     gear_set = pair_with(FAULTS["spall"])
-    model = LumpedModel(stiffness=StiffnessSource(kind=kind))
+    model = LumpedModel(excitation=ExcitationSettings(kind=kind))
     with pytest.raises(InputError, match=f"spalls; not modelled by {kind} stiffness"):
         lumped_system(gear_set, TORQUE, model)
 

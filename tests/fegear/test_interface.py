@@ -26,7 +26,7 @@ PAGES = sorted(
 )
 BLOCK = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
 SPEEDS = 2000.0, 2100.0
-FAST = fegear.StiffnessSource(kind="rectangular")
+FAST = fegear.ExcitationSettings(kind="rectangular")
 
 
 @pytest.fixture(autouse=True)
@@ -129,7 +129,7 @@ def test_frames_where_pandas_is_there(monkeypatch):
     np.testing.assert_array_equal(columns["torque_Nm"], [50.0] * 4 + [100.0] * 4)
     np.testing.assert_array_equal(columns["position"], [0.0, 0.25, 0.5, 0.75] * 2)
     np.testing.assert_array_equal(columns["ste_m"], table.table["ste_m"].ravel())
-    model = fegear.LumpedModel(stiffness=FAST)
+    model = fegear.LumpedModel(excitation=FAST)
     study = fegear.Sweep(
         gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model, direction="up"
     )
@@ -140,7 +140,7 @@ def test_the_summary_of_a_sweep_is_that_of_the_command(capsys):
     from fegear.cli import run
 
     gears = fegear.load_gear_set("liu-pair")
-    model = fegear.LumpedModel(stiffness=FAST)
+    model = fegear.LumpedModel(excitation=FAST)
     result = fegear.run(
         fegear.Sweep(gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model)
     )

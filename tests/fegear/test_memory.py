@@ -54,7 +54,7 @@ def test_what_the_system_does_not_tell_is_not_made_up(content, tmp_path, monkeyp
     path = tmp_path / "status"
     if content is not None:
         path.write_text(content)
-    monkeypatch.setattr(memory, "STATUS", path)
+    monkeypatch.setattr(memory, "STATUS_FILE", path)
     level = memory_level()
     assert math.isnan(level.resident_MB)
     assert math.isnan(level.peak_MB)
@@ -64,5 +64,5 @@ def test_what_the_system_does_not_tell_is_not_made_up(content, tmp_path, monkeyp
 def test_a_mark_that_may_not_be_set_back_is_not_read(tmp_path, monkeypatch):
     held = np.ones(25_000_000)
     del held
-    monkeypatch.setattr(memory, "MARK", tmp_path / "nothing" / "clear_refs")
+    monkeypatch.setattr(memory, "RESET_FILE", tmp_path / "nothing" / "clear_refs")
     assert math.isnan(memory_level().peak_MB)

@@ -14,9 +14,9 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
 from fegear.statics.excitation import Excitations
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.statics.stiffness_source import StiffnessSource
 from lumped.train.table import format_table, parse_table
 from validation.study.statics_runs import static_deflection
 
@@ -142,7 +142,7 @@ def test_estimates_of_the_discretisation_know_the_errors(uneven_set):
 
 def test_model_1_has_nearly_the_statics_of_the_finite_elements(uneven_set):
     """Exact where one pair carries, and within a part of the errors elsewhere."""
-    source = Excitations(StiffnessSource(positions=64, resolution="coarse"))
+    source = Excitations(ExcitationSettings(positions=64, resolution="coarse"))
     table = source.table(uneven_set, 0, 100.0)
     force = 100.0 / uneven_set.meshes[0].pair.driver.base_radius
     excitation = source.mesh_excitation(uneven_set, 0, 100.0, 1)
@@ -161,7 +161,7 @@ def test_model_1_has_nearly_the_statics_of_the_finite_elements(uneven_set):
 
 @pytest.mark.parametrize("model", [2, 3])
 def test_models_of_the_whole_mesh_take_the_table(uneven_set, model):
-    source = Excitations(StiffnessSource(positions=64, resolution="coarse"))
+    source = Excitations(ExcitationSettings(positions=64, resolution="coarse"))
     table = source.table(uneven_set, 0, 100.0)
     (spring,) = source.mesh_excitation(uneven_set, 0, 100.0, model).pairs
     assert spring.period == PITCHES
@@ -175,7 +175,7 @@ def test_an_idler_drives_with_the_flank_that_stands_ahead():
     idler = load_gear_set("liu-idler")
     errors = tuple(2e-6 if tooth == 30 else 0.0 for tooth in range(55))
     uneven = with_errors(idler, (), errors, ())
-    source = Excitations(StiffnessSource(positions=16, resolution="coarse"))
+    source = Excitations(ExcitationSettings(positions=16, resolution="coarse"))
     free = [source.table(uneven, m, 100.0)["nlte_m"][0] for m in range(2)]
     late, early = (error.reshape(55, -1) for error in free)
     assert late.max() == pytest.approx(2e-6, abs=1e-9)
@@ -188,7 +188,7 @@ def test_tables_know_which_tooth_is_first():
     """Another phase of the second mesh puts another tooth into its reference pair."""
     idler = load_gear_set("liu-idler")
     errors = tuple(2e-6 if tooth == 30 else 0.0 for tooth in range(55))
-    source = Excitations(StiffnessSource(positions=16, resolution="coarse"))
+    source = Excitations(ExcitationSettings(positions=16, resolution="coarse"))
     no_load_errors = []
     for phase in (0.2, 1.2):
         meshes = (idler.meshes[0], replace(idler.meshes[1], phase=phase))

@@ -8,21 +8,21 @@ import pytest
 import fegear
 from fegear.gearset import load_gear_set
 from fegear.gearset.lumped_train import train_of
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import load_sharing
 
 SET = "planetary-24-36-96"
-SOURCE = StiffnessSource(resolution="coarse", positions=64)
+SOURCE = ExcitationSettings(resolution="coarse", positions=64)
 
 
 def system_of(number, without=(), translations=True, **edits):
     """The set at 60 N m; edits : of [[planetary]]."""
     changes = {f"planetary.1.{key}": value for key, value in edits.items()}
     model = LumpedModel(
-        number=number, without=without, translations=translations, stiffness=SOURCE
+        number=number, without=without, translations=translations, excitation=SOURCE
     )
     return lumped_system(load_gear_set(SET, changes), 60.0, model)
 
@@ -79,7 +79,7 @@ def test_modes_of_the_coupled_model_have_families(rpm):
         torque=60.0,
         translations=True,
         stiffness="coupled",
-        source=SOURCE,
+        excitation=SOURCE,
         rpm=rpm,
     )
     listed = fegear.run(study).summary["modes"]
@@ -90,7 +90,11 @@ def test_modes_of_the_coupled_model_have_families(rpm):
 
 def test_finite_elements_in_motion_leave_forces_of_the_frame_out():
     study = fegear.Dynamics(
-        gear_set=SET, translations=True, torque=(60.0,), speeds=(8000.0,), source=SOURCE
+        gear_set=SET,
+        translations=True,
+        torque=(60.0,),
+        speeds=(8000.0,),
+        excitation=SOURCE,
     )
     (line,) = study.prepare()._frame_warnings()
     assert line.startswith("finite elements in motion leave out gyroscopic")
@@ -103,7 +107,7 @@ def test_transmission_errors_at_rest_are_those_of_the_tables():
     model = LumpedModel(
         number="coupled",
         without=("body",),
-        stiffness=StiffnessSource(resolution="coarse"),
+        excitation=ExcitationSettings(resolution="coarse"),
     )
     checks = lumped_system(load_gear_set(SET), 60.0, model).static_checks
     assert len(checks) == 6
@@ -117,7 +121,7 @@ def swept(speed=4500.0, **settings):
     return fegear.Sweep(
         gear_set=SET,
         torque=(60.0,),
-        model=LumpedModel(number="coupled", stiffness=SOURCE, **settings),
+        model=LumpedModel(number="coupled", excitation=SOURCE, **settings),
         speeds=(speed,),
         direction="up",
     )
@@ -142,7 +146,7 @@ def test_finite_elements_in_motion_vibrate_alike(speed, translations, allowed):
     study = fegear.Dynamics(
         gear_set=SET,
         torque=(60.0,),
-        source=SOURCE,
+        excitation=SOURCE,
         speeds=(speed,),
         direction="up",
         translations=translations,

@@ -26,6 +26,7 @@ COUPLED = LumpedModel(number="coupled")
 # an idler whose second harmonic meets a mode of its body at some 930 Hz
 HEAVY_IDLER = {
     "name": "heavy-idler",
+    "plane": "stress",
     "defaults": {"module_mm": 5.82, "face_width_mm": 51.7},
     "gear": [
         {"name": "a", "teeth": 21, "profile_shift": 0.377, "hub_radius_mm": 36.31}

@@ -11,7 +11,7 @@ from drawn_figures import are_drawn, axis_labels, saved_figures
 import fegear
 from fegear.result import shown
 
-FAST = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
+FAST = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ import pytest
 
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.given_tables import (
     GivenTables,
     given_table_warnings,
@@ -16,7 +17,6 @@ from fegear.statics.given_tables import (
 )
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.statics.stiffness_source import StiffnessSource
 from lumped import MeshTable
 from lumped.train.table import format_table, parse_table
 
@@ -52,7 +52,7 @@ def test_a_single_torque_serves_within_a_factor():
 def test_tables_of_several_torques_and_finite_elements_are_silent():
     several = hand_table(1.0, 1e6)
     assert lines(tables(several, several), 50.0) == []
-    assert lines(StiffnessSource(), 50.0) == []
+    assert lines(ExcitationSettings(), 50.0) == []
 
 
 def test_a_table_with_friction_is_named():

@@ -69,8 +69,8 @@ def test_springs_to_ground_take_what_they_do_without_friction():
 def test_loads_at_rest_carry_the_force(relief):
     changes = {"mesh.1.tip_relief.magnitude_um": relief} if relief else {}
     gears = fegear.load_gear_set("liu-pair", changes)
-    source = fegear.StiffnessSource(kind="rectangular")
-    system = lumped_system(gears, TORQUE, LumpedModel(stiffness=source))
+    source = fegear.ExcitationSettings(kind="rectangular")
+    system = lumped_system(gears, TORQUE, LumpedModel(excitation=source))
     x = np.linspace(0.0, 1.0, 50, endpoint=False)
     loads = shared_loads(system.excitations[0], 2000.0, x, 0)
     assert (loads >= 0.0).all()
@@ -114,9 +114,9 @@ def elements_input(name, torque_of):
 
 def test_without_friction_nothing_changes():
     gears = fegear.load_gear_set("liu-pair")
-    source = fegear.StiffnessSource(kind="rectangular")
-    plain = lumped_system(gears, TORQUE, LumpedModel(stiffness=source))
-    same = LumpedModel(stiffness=source, torque_of="input")
+    source = fegear.ExcitationSettings(kind="rectangular")
+    plain = lumped_system(gears, TORQUE, LumpedModel(excitation=source))
+    same = LumpedModel(excitation=source, torque_of="input")
     assert lumped_system(gears, TORQUE, same).train == plain.train
     with pytest.raises(ValueError, match="torque_of = input; needs friction above 0"):
         fegear.Dynamics(gear_set="liu-pair", torque_of="input")
@@ -124,8 +124,8 @@ def test_without_friction_nothing_changes():
 
 def test_more_friction_lowers_the_output_torque():
     gears = fegear.load_gear_set("liu-pair")
-    source = fegear.StiffnessSource(kind="rectangular")
-    model = LumpedModel(stiffness=source, bending=0.0, torque_of="input")
+    source = fegear.ExcitationSettings(kind="rectangular")
+    model = LumpedModel(excitation=source, bending=0.0, torque_of="input")
     losses = [
         lumped_system(gears, TORQUE, replace(model, friction=friction)).losses
         for friction in (0.0, 0.05, 0.1)

@@ -191,13 +191,13 @@ def test_models_take_what_is_theirs(model, harmonics):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"mean": 0.0}, "mean must be positive, got 0"),
+        ({"mean": 0.0}, "mean = 0; must be positive"),
         ({"mean": math.nan}, "mean"),
         ({"variation": 1.0}, "variation"),
         ({"variation": -0.1}, "variation"),
-        ({"contact_ratio": 0.9}, "contact_ratio must be from 1"),
+        ({"contact_ratio": 0.9}, "contact_ratio = 0.9; must be from 1"),
         ({"load_share": 1.0}, "load_share"),
-        ({"ramp": 0.6}, "ramp must be from 0 to 0.5"),
+        ({"ramp": 0.6}, "ramp = 0.6; must be from 0 to 0.5"),
     ],
 )
 def test_figures_are_checked(changes, message):
@@ -209,8 +209,8 @@ def test_figures_are_checked(changes, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"model": 4}, "model must be 1, 2 or 3, got 4"),
-        ({"harmonics": 0}, "harmonics must be 1 or more, got 0"),
+        ({"model": 4}, "model = 4; must be 1, 2 or 3"),
+        ({"harmonics": 0}, "harmonics = 0; must be 1 or more"),
         ({"harmonics": 2, "gap": [(0.0, 0.0), (0.5, 1e-6)]}, "gaps need tooth pairs"),
     ],
 )

@@ -181,7 +181,7 @@ def test_changes_have_the_names_of_the_field(before, after, change):
 
 
 def test_a_wrong_direction_is_named(at):
-    with pytest.raises(ValueError, match="direction must be up or down, got 'left'"):
+    with pytest.raises(ValueError, match="direction = 'left'; must be up or down"):
         sweep_attractors([900.0], at, "left")
 
 

@@ -190,11 +190,11 @@ def test_sentences():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"frequencies_Hz": [0.0, 1.0]}, "frequencies_Hz must be positive, got 0"),
-        ({"frequencies_Hz": [1.0]}, r"compliance must have shape \(1,\), got \(2,\)"),
+        ({"frequencies_Hz": [0.0, 1.0]}, "frequencies_Hz = 0; must be positive"),
+        ({"frequencies_Hz": [1.0]}, r"shape of compliance = \(2,\); must be \(1,\)"),
         ({"compliance": [0.1, math.nan]}, "compliance must be finite"),
-        ({"compliance": [0.1, -0.1]}, "compliance must be 0 or more, got -0.1"),
-        ({"damping_ratio": math.nan}, "damping_ratio must be 0 or more"),
+        ({"compliance": [0.1, -0.1]}, "compliance = -0.1; must be 0 or more"),
+        ({"damping_ratio": math.nan}, "damping_ratio = .*; must be 0 or more"),
     ],
 )
 def test_wrong_modes_are_named(change, message):
@@ -212,9 +212,12 @@ def test_wrong_modes_are_named(change, message):
         (lambda: choose([(ONE, [1.0], 1.0)], SPEEDS, math.nan), "tolerance"),
         (lambda: choose([(ONE, [1.0], math.nan)], SPEEDS), "mesh_frequency"),
         (lambda: inertia_error(ONE, [math.nan], 1.0), "amplitudes must be finite"),
-        (lambda: inertia_error(ONE, [[1.0]], 1.0), "amplitudes must have one dim"),
+        (
+            lambda: inertia_error(ONE, [[1.0]], 1.0),
+            "dimensions of amplitudes = .*; must be 1",
+        ),
         (lambda: inertia_error(ONE, [1.0], -1.0), "mesh_frequency"),
-        (lambda: harmonic_amplitudes([1.0]), "ste must have 2 or more values, got 1"),
+        (lambda: harmonic_amplitudes([1.0]), "values of ste = 1; must be 2 or more"),
     ],
 )
 def test_wrong_arguments_are_named(call, message):

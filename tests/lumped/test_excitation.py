@@ -162,7 +162,7 @@ def test_torques_may_stand_in_any_order():
 
 @pytest.mark.parametrize("torque", [79.0, 121.0, -80.0, math.nan])
 def test_torques_outside_are_named(torque):
-    wrong = r"outside of the mesh table's 80 to 120 N m|torque must be a finite number"
+    wrong = r"outside of the mesh table's 80 to 120 N m|torque = nan; must be"
     with pytest.raises(ValueError, match=wrong):
         excitation_from_table(make_table(), torque)
 
@@ -246,14 +246,14 @@ def test_stiffness_that_is_no_number_is_refused(model):
 
 
 def test_models_are_counted():
-    with pytest.raises(ValueError, match="model must be 1, 2 or 3, got 0"):
+    with pytest.raises(ValueError, match="model = 0; must be 1, 2 or 3"):
         excitation_from_table(minimal(), 100.0, model=0)
 
 
 @pytest.mark.parametrize("mean", [0.0, -1.0, math.nan, math.inf])
 def test_mean_stiffness_is_checked(mean):
     spring = PairExcitation(constant_wave(1.0), constant_wave(0.0))
-    with pytest.raises(ValueError, match="mean_stiffness must be positive"):
+    with pytest.raises(ValueError, match=r"mean_stiffness = .*; must be positive"):
         MeshExcitation((spring,), mean)
 
 

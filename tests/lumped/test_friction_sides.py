@@ -11,7 +11,7 @@ from friction_pairs import pair_system
 from numba import njit
 
 from fegear.gearset import load_gear_set
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.kernels.friction import set_friction_acceleration
@@ -211,8 +211,8 @@ def test_friction_gives_no_energy_where_flanks_hammer(transition):
 
 def liu_pair(sliding, speed):
     """Settled at a speed [Hz]: RMS of the transmission error and mean power taken."""
-    source = StiffnessSource(kind="rectangular")
-    model = LumpedModel(stiffness=source, friction=0.1, bending=0.39, sliding=sliding)
+    source = ExcitationSettings(kind="rectangular")
+    model = LumpedModel(excitation=source, friction=0.1, bending=0.39, sliding=sliding)
     system = lumped_system(load_gear_set("liu-pair"), 100.0, model)
     motion = time_history(system, speed, Settings(steps=256, max_periods=100))
     time = motion.history.time

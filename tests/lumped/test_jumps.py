@@ -9,7 +9,7 @@ import pytest
 
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from lumped import sweep_all
 from lumped.steady.jumps import find_jumps, find_peaks, prominent_maxima
@@ -110,7 +110,7 @@ def test_prominent_maxima():
 
 def idler_system(torque=100.0):
     """The built-in train with rectangular waves of the printed figures."""
-    excitations = Excitations(StiffnessSource(kind="rectangular"))
+    excitations = Excitations(ExcitationSettings(kind="rectangular"))
     gear_set = load_gear_set("liu-idler")
     return lumped_system(gear_set, torque, excitations=excitations)
 

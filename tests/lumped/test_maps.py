@@ -18,7 +18,7 @@ from lumped.steady.maps import (
     run_map,
 )
 from lumped.steady.respond import respond
-from validation.stress.stress_lumped import Idler
+from validation.commands.bench.stress.stress_lumped import Idler
 
 GRID = ParameterMap(
     axes=(Axis("a", (1.0, 2.0, 3.0)), Axis("b", (10.0, 20.0))),
@@ -106,5 +106,5 @@ def test_largest_response_of_each_mesh_is_kept():
 
 @pytest.mark.parametrize("values", [(), (1.0, 1.0), (float("nan"),)])
 def test_axes_need_values(values):
-    with pytest.raises(ValueError, match=r"^(a: |values must)"):
+    with pytest.raises(ValueError, match=r"^(a: |values = .*; must)"):
         Axis("a", values)

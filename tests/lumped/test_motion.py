@@ -11,7 +11,7 @@ import pytest
 
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from lumped import History, Settings, respond
 from lumped.common.csv_text import format_csv
@@ -31,7 +31,7 @@ from lumped.steady.sweep import Observer, sweep
 
 def idler_system(torque=100.0):
     """The built-in train with rectangular waves of the printed figures."""
-    excitations = Excitations(StiffnessSource(kind="rectangular"))
+    excitations = Excitations(ExcitationSettings(kind="rectangular"))
     gear_set = load_gear_set("liu-idler")
     return lumped_system(gear_set, torque, excitations=excitations)
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from written_tables import read_sweep
 
 from lumped.common.csv_text import TableError
 from lumped.steady.response import Status
@@ -20,7 +21,6 @@ from lumped.steady.sweep_table import (
     SweepTable,
     format_sweep,
     parse_sweep,
-    read_sweep,
     sweep_table,
 )
 

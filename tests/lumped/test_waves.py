@@ -208,7 +208,7 @@ def test_what_is_no_wave_is_named(breaks, rows, message):
 @pytest.mark.parametrize(
     ("samples", "message"),
     [
-        (np.zeros(3), r"n >= 4, got \(3,\)"),
+        (np.zeros(3), r"shape of samples = \(3,\); must be \(n,\), n >= 4"),
         (np.zeros((2, 4)), "shape"),
         (np.array([0.0, 1.0, math.nan, 2.0]), "finite"),
     ],

@@ -82,8 +82,8 @@ def test_a_path_is_followed_as_far_as_the_depth():
     [
         ({"depth": 0.0}, "depth = 0 mm; must be positive"),
         ({"depth": math.nan}, "depth = nan mm; must be positive"),
-        ({"depth": 1e-3, "tangent_angle": 2.0}, "tangent_angle = 114.592 deg; allowed"),
-        ({"depth": 1e-3, "direction": -0.1}, "direction = -5.72958 deg; allowed 0 to"),
+        ({"depth": 1e-3, "tangent_angle": 2.0}, "tangent_angle = 114.592 deg; must be"),
+        ({"depth": 1e-3, "direction": -0.1}, "direction = -5.72958 deg; must be 0 to"),
         ({"depth": 1e-3, "direction": 0.1, "path": ((0.0, 0.0),)}, "direction: only"),
         ({"depth": 1e-3, "path": ()}, "path: at least one point"),
         ({"depth": 1e-3, "path": ((math.inf, 0.0),)}, "path: its coordinates must be"),
@@ -106,7 +106,7 @@ def test_cracks_that_mean_nothing_are_refused(keys, message):
             Crack(depth=1e-3, tangent_angle=1.45),
             "tangent_angle = 83.0789 deg; tangents",
         ),
-        (Crack(depth=1e-3, direction=math.radians(150.0)), "allowed from 20 deg into"),
+        (Crack(depth=1e-3, direction=math.radians(150.0)), "must be from 20 deg into"),
         (Crack(depth=1e-4, path=((0.5, 0.5),)), r"path: the crack begins at -\d+"),
         (Crack(depth=1e-4, path=((1e-3, 18e-3), (1e-3, 18e-3))), "path: two points"),
         (
@@ -140,7 +140,7 @@ def test_the_largest_depth_is_allowed(name, slope, direction, left):
         left=left,
     )
     gear = GEARS[name]
-    with pytest.raises(ValueError, match=r"; (at most|allowed)") as caught:
+    with pytest.raises(ValueError, match=r"; (at most|must be)") as caught:
         crack_points(gear, crack)
     largest = re.search(r"at most ([\d.]+) mm", str(caught.value))
     if largest is None or float(largest[1]) == 0.0:

@@ -165,7 +165,7 @@ def test_fillet_joins_flank_and_root_smoothly(teeth, cutter, shift, rounding, an
 def allowed(error, values):
     """The change of a ring that the message of an error allows; None if it has none."""
     field, bound = error.field, error.bound
-    if bound is None and field == "cutter_teeth" and "allowed" in error.message:
+    if bound is None and field == "cutter_teeth" and "must be" in error.message:
         low, high = map(int, re.findall(r"\d+", error.message.partition(";")[2])[:2])
         return min(max(values[field], low), high)
     if bound is None:

@@ -7,17 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from validation.bench.bench_branches import (
+from validation.commands.bench.bench_branches import (
     FULL,
-    beside_sweeps,
     branch_point,
-    followed,
-    orders,
+    comparisons_with_sweeps,
+    convergence_orders,
+    followed_branches,
     stability,
     sweep_point,
     time_panel,
 )
-from validation.stress.stress_lumped import Idler
+from validation.commands.bench.stress.stress_lumped import Idler
 
 LIMITS = 1250.0, 1750.0
 
@@ -29,12 +29,12 @@ def system():
 
 @pytest.fixture(scope="module")
 def finder(system):
-    return followed(system, LIMITS, 12)
+    return followed_branches(system, LIMITS, 12)
 
 
 @pytest.mark.slow
 def test_stable_motions_are_those_of_sweeps_and_jumps_are_bifurcations(finder):
-    rows = list(beside_sweeps(finder, replace(FULL, speeds=60)))
+    rows = list(comparisons_with_sweeps(finder, replace(FULL, speeds=60)))
     assert [row.direction for row in rows] == ["up", "down"]
     for row in rows:
         assert row.compared > 50
@@ -60,6 +60,9 @@ def test_harmonics_cost_time_and_bring_accuracy(system):
 
 
 def test_lost_contact_lowers_the_order(system):
-    rows = {row.contact: row for row in orders("three harmonics", system, LIMITS)}
+    rows = {
+        row.contact: row
+        for row in convergence_orders("three harmonics", system, LIMITS)
+    }
     assert rows["lost"].order > 2.0
     assert all(row.error_at_40 < 1e-5 for row in rows.values())

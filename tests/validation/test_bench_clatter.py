@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import groupby
 
-from validation.bench import benchmark as bench
-from validation.bench.bench_clatter import FULL, measure
+from validation.commands.bench import benchmark as bench
+from validation.commands.bench.bench_clatter import FULL, measure
 
 
 def no_progress(stage: str, done: int, total: int) -> None: ...

@@ -7,9 +7,9 @@ import math
 import pytest
 
 from fegear.files.errors import InputError
-from validation.bench import bench_commands
-from validation.bench import benchmark as bench
-from validation.bench.bench_commands import (
+from validation.commands.bench import bench_commands
+from validation.commands.bench import benchmark as bench
+from validation.commands.bench.bench_commands import (
     COLD,
     COMMANDS,
     WARM,
@@ -49,7 +49,7 @@ def test_ratios_are_those_to_the_job_beside(monkeypatch):
 @pytest.mark.parametrize("quantity", ["time", "memory"])
 def test_more_than_is_recorded_fails(monkeypatch, factor, fails, quantity):
     recorded = {(c, s): (2.5, 3.0) for c in COMMANDS for s in (COLD, WARM)}
-    monkeypatch.setattr(bench_commands, "_recorded", lambda: recorded)
+    monkeypatch.setattr(bench_commands, "_recorded_ratios", lambda: recorded)
     seconds, megabytes = (5.0 * factor, 300.0), (5.0, 300.0 * factor)
     cost = seconds if quantity == "time" else megabytes
     failures = measured(monkeypatch, *cost).failures
@@ -61,7 +61,7 @@ def test_more_than_is_recorded_fails(monkeypatch, factor, fails, quantity):
 def test_what_is_beyond_its_limit_by_chance_is_measured_again(monkeypatch):
     """The middle one of up to five rounds counts, the lower one of two."""
     recorded = {(c, s): (2.5, 3.0) for c in COMMANDS for s in (COLD, WARM)}
-    monkeypatch.setattr(bench_commands, "_recorded", lambda: recorded)
+    monkeypatch.setattr(bench_commands, "_recorded_ratios", lambda: recorded)
     usages = iter([5.0, 9.0, 5.0, 7.0])  # the first one fills the caches
     monkeypatch.setattr(CommandRunner, "command", lambda *_: Usage(next(usages), 300.0))
     monkeypatch.setattr(CommandRunner, "job", lambda *_: Usage(2.0, 100.0))
@@ -73,7 +73,7 @@ def test_what_is_beyond_its_limit_by_chance_is_measured_again(monkeypatch):
 
 
 def test_nothing_fails_that_is_not_recorded(monkeypatch):
-    monkeypatch.setattr(bench_commands, "_recorded", dict)
+    monkeypatch.setattr(bench_commands, "_recorded_ratios", dict)
     result = measured(monkeypatch, 1e6)
     assert not result.failures
     assert math.isnan(result.tables[bench.POINTS][0]["recorded_memory_ratio"])
@@ -83,7 +83,7 @@ def test_all_commands_are_recorded():
     full = bench_commands.FULL
     expected = {(command, COLD) for command in full.cold}
     expected |= {(command, WARM) for command in COMMANDS}
-    assert set(bench_commands._recorded()) == expected
+    assert set(bench_commands._recorded_ratios()) == expected
     quick = bench_commands.QUICK
     assert 2 * len(quick.warm) == len(full.warm) == 14
     assert set(quick.cold) < set(full.cold)

@@ -10,8 +10,9 @@ from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
 from lumped.common.csv_text import format_records
-from validation.bench import bench_dynamics as study
-from validation.bench.benchmark import Benchmark, plain
+from validation.commands.bench import bench_dynamics as study
+from validation.commands.bench.benchmark import Benchmark, plain
+from validation.study.from_rest import run, subject, waveform_error
 
 
 @pytest.fixture(scope="module")
@@ -20,7 +21,7 @@ def bench_of(private_cache):
 
     def make(gears):
         gear_set = study.row_of_gears(load_gear_set("liu-pair"), gears)
-        return study.subject(gear_set, 100.0, excitations)
+        return subject(gear_set, 100.0, excitations)
 
     return make
 
@@ -28,8 +29,8 @@ def bench_of(private_cache):
 def test_error_at_common_times():
     time = np.linspace(0.0, 1.0, 128, endpoint=False)
     fine = np.sin(2.0 * np.pi * time)[:, None]
-    assert study.waveform_error(fine[::4], fine)[0] == 0.0
-    assert study.waveform_error(1.01 * fine[::2], fine)[0] == pytest.approx(0.01)
+    assert waveform_error(fine[::4], fine)[0] == 0.0
+    assert waveform_error(1.01 * fine[::2], fine)[0] == pytest.approx(0.01)
 
 
 @pytest.mark.parametrize("gears", [2, 3, 4])
@@ -46,9 +47,9 @@ def test_errors_shrink_with_the_steps_at_equal_cost_per_step(bench_of):
     bench = bench_of(2)
     stepper, freedoms, _ = bench.stepper(FiniteElements(fidelity="quasistatic"))
     assert freedoms == 0
-    fine, _ = study.run(stepper, bench.speeds[1], 1024)
+    fine, _ = run(stepper, bench.speeds[1], 1024)
     errors = [
-        study.waveform_error(study.run(stepper, bench.speeds[1], n)[0], fine)[0]
+        waveform_error(run(stepper, bench.speeds[1], n)[0], fine)[0]
         for n in (64, 128, 256)
     ]
     assert errors[0] > 3.0 * errors[1] > 9.0 * errors[2]

@@ -7,9 +7,9 @@ from itertools import pairwise
 
 import pytest
 
-from validation.bench import bench_eccentric
-from validation.bench import benchmark as bench
-from validation.bench.bench_eccentric import (
+from validation.commands.bench import bench_eccentric
+from validation.commands.bench import benchmark as bench
+from validation.commands.bench.bench_eccentric import (
     FULL,
     contact_rows,
     distance_points,

@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from validation.bench import bench_growth
-from validation.bench import benchmark as bench
-from validation.bench.chains import chain, chain_teeth
+from validation.commands.bench import bench_growth
+from validation.commands.bench import benchmark as bench
+from validation.commands.bench.bench_growth import chain, chain_teeth
 
 
 def no_progress(stage: str, done: int, total: int) -> None: ...

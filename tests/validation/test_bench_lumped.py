@@ -7,11 +7,11 @@ import pytest
 
 from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond
-from validation.bench.bench_lumped import StepCost, growth, races, with_disks
+from validation.commands.bench.bench_lumped import StepCost, growth, races, with_disks
+from validation.commands.bench.stress.stress_coupled import TRIALS as COUPLED
+from validation.commands.bench.stress.stress_lumped import TRIALS, Idler
+from validation.commands.bench.stress.trials import Trial
 from validation.oracles.scipy_train import ScipyTrain, scipy_rms
-from validation.stress.stress_coupled import TRIALS as COUPLED
-from validation.stress.stress_lumped import TRIALS, Idler
-from validation.stress.trials import Trial
 
 
 @pytest.mark.slow

@@ -6,7 +6,7 @@ import csv
 import math
 from typing import Any
 
-from validation.bench.benchmark import (
+from validation.commands.bench.benchmark import (
     Benchmark,
     CostCurve,
     Panel,

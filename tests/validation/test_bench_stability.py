@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from fegear.commands.stability import study as stability
-from validation.bench import benchmark as bench
-from validation.bench.bench_stability import (
+from validation.commands.bench import benchmark as bench
+from validation.commands.bench.bench_stability import (
     FULL,
     edge_rows,
     measure,

@@ -11,8 +11,6 @@ import pytest
 
 from fegear.files.errors import InputError
 from lumped.train.coupled import COMPONENTS
-from validation.report.figures import draw_budget
-from validation.report.values import budget_values
 from validation.study.budget import (
     QUANTITIES,
     Budget,
@@ -20,7 +18,9 @@ from validation.study.budget import (
     budget,
     budget_case,
     budget_of,
+    budget_values,
 )
+from validation.study.budget_figure import draw_budget
 from validation.study.cases import Part, load_case, read_case
 from validation.study.runs import run_case
 from validation.study.tasks import parts_of, tasks_of

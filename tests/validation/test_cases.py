@@ -118,7 +118,7 @@ def test_a_file_is_named_by_its_path(tmp_path):
             "single_speed.torque_Nm = 100; must be",
         ),
         ("1000:1100:50", "fast", 'speeds_Hz = "fast"; must be positive numbers or'),
-        ("1000:1100:50", "1:1e6:1", "at most 10000 speeds are allowed"),
+        ("1000:1100:50", "1:1e6:1", "1000000 speeds, at most 10000 are allowed"),
         ('title = "Small"', "tittle = 1", "unknown key tittle, did you mean title?"),
         ('title = "Small"', 'title = "S"\nfidelity = "rough"', 'fidelity = "rough"; '),
         ('title = "Small"', 'title = "S"\nedits = ["a"]', "KEY=VALUE is needed"),

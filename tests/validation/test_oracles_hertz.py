@@ -195,10 +195,10 @@ def test_linear_compliance_of_equal_bodies():
 
 @pytest.mark.parametrize("load", [0.0, -1.0, np.nan])
 def test_load_must_be_positive(load):
-    with pytest.raises(ValueError, match="load must be positive"):
+    with pytest.raises(ValueError, match=r"load = .*; must be positive"):
         total_approach(load)
 
 
 def test_plane_is_checked():
-    with pytest.raises(ValueError, match="got 'axial'"):
+    with pytest.raises(ValueError, match="plane = 'axial'"):
         hertz.plane_moduli(STEEL, "axial")

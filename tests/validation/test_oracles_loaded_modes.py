@@ -7,8 +7,12 @@ import pytest
 
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
+from validation.commands.validate.random_sets.reduced_gears import (
+    elastic_gears,
+    reduced_gears,
+)
 from validation.oracles.loaded_modes import (
     dense_rows,
     loaded_modes,
@@ -16,9 +20,8 @@ from validation.oracles.loaded_modes import (
     static_slopes,
     to_fixed_frame,
 )
-from validation.random_sets.reduced_gears import elastic_gears, reduced_gears
 
-SOURCE = StiffnessSource(resolution="coarse", positions=64)
+SOURCE = ExcitationSettings(resolution="coarse", positions=64)
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from validation.random_sets import verdicts
+from validation.commands.validate.random_sets import verdicts
 from validation.study.cycle_metrics import ForceCycle
 from validation.study.metrics import MeasuredCurve, verdict
 from validation.study.other_branches import (
@@ -15,7 +15,7 @@ from validation.study.other_branches import (
     speeds_on_other_branches,
     without_speeds,
 )
-from validation.study.runs import OFF, with_cause
+from validation.study.runs import MODEL_IS_OFF, with_cause
 
 SPEEDS = np.arange(1000.0, 2000.0, 20.0)
 LOW, HIGH = np.full(SPEEDS.size, 1e-6), np.full(SPEEDS.size, 4e-6)
@@ -65,11 +65,11 @@ def test_a_model_that_is_off_is_said_to_be():
     reference = [curve("up", LOW), curve("down", LOW)]
     raised = np.where(BETWEEN, HIGH, LOW)
     outcome = judged(reference, [curve("up", raised), curve("down", raised)])
-    assert outcome.cause == OFF
+    assert outcome.cause == MODEL_IS_OFF
     both = np.where(BETWEEN, HIGH, 1.5 * LOW)
     periods = np.where(BETWEEN, 2, 1)
     outcome = judged([curve("up", LOW)], [curve("up", both, periods)])
-    assert outcome.cause.startswith(f"{OFF}; besides, 5 of 50 speeds")
+    assert outcome.cause.startswith(f"{MODEL_IS_OFF}; besides, 5 of 50 speeds")
 
 
 def test_of_too_many_speeds_nothing_is_known():
@@ -108,7 +108,7 @@ def test_random_sets_and_cases_have_one_mechanism():
             2,
             "another branch, perhaps: model and finite elements repeat after diff",
         ),
-        (0.0, 1, OFF),
+        (0.0, 1, MODEL_IS_OFF),
     ],
 )
 def test_a_single_motion_of_another_kind_is_on_another_branch(loss, multiple, cause):

@@ -15,10 +15,17 @@ from quick_sets import measure_quickly
 import validation.commands  # noqa: F401  # registers its columns
 from fegear.gearset.inertia import body_inertia
 from lumped.train.truncation import MAX_ERROR
-from validation.random_sets import generator, measuring
-from validation.random_sets.full_dynamics import FullPoint, smallest_sets
-from validation.random_sets.generator import COUNT, kind_of, random_gear_set
-from validation.random_sets.measuring import (
+from validation.commands.validate.random_sets import generator, measuring
+from validation.commands.validate.random_sets.full_dynamics import (
+    FullPoint,
+    smallest_sets,
+)
+from validation.commands.validate.random_sets.generator import (
+    COUNT,
+    kind_of,
+    random_gear_set,
+)
+from validation.commands.validate.random_sets.measuring import (
     COUPLED_DOWN,
     COUPLED_UP,
     MODEL_1,
@@ -29,10 +36,15 @@ from validation.random_sets.measuring import (
     Measured,
     measure,
 )
-from validation.random_sets.set_runs import FULL, SetRun, compared_sets, make_sets
-from validation.random_sets.verdicts import evaluate
-from validation.report import report_values, write_report
-from validation.report.random_sets import quantities
+from validation.commands.validate.random_sets.set_runs import (
+    FULL,
+    SetRun,
+    compared_sets,
+    make_sets,
+)
+from validation.commands.validate.random_sets.verdicts import evaluate
+from validation.commands.validate.report import report_values, write_report
+from validation.commands.validate.report.random_sets import quantities
 
 SOURCES = REFERENCE, REDUCED, MODEL_1, WITHOUT, COUPLED_UP, COUPLED_DOWN, REFERENCE_DOWN
 GENTLE = 0  # the number of a set that takes little time
@@ -64,7 +76,7 @@ def test_sets_are_the_same_every_time_and_ten_of_each_kind():
     kinds = [kind_of(number) for number in range(COUNT)]
     assert {kinds.count(kind) for kind in kinds} == {10}
     assert [g.geometry.teeth for g in random_gear_set(0).gears] == [104, 80]
-    with pytest.raises(ValueError, match="number must be from 0 to 29, got 30"):
+    with pytest.raises(ValueError, match="number = 30; must be from 0 to 29"):
         random_gear_set(COUNT)
 
 

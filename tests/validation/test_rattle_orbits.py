@@ -8,8 +8,8 @@ import pytest
 
 from lumped.rattle.machine import Machine
 from lumped.rattle.periodic_orbits import min_eccentricity
-from validation.reproduce.computations.kinds import COMPUTE
-from validation.reproduce.source_figures import load_figure, read_figure
+from validation.commands.reproduce.computations.kinds import COMPUTE
+from validation.commands.reproduce.source_figures import load_figure, read_figure
 
 HEAD = """
 number = "rattle-9.9"

@@ -13,8 +13,8 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from fegear.cli import app
+from validation.commands.validate.report.values import worst
 from validation.pages.templates import shown
-from validation.report.values import worst
 from validation.study.metrics import Verdict
 
 pytestmark = pytest.mark.slow

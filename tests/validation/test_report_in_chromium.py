@@ -7,7 +7,6 @@ instead. Screenshots go to FEGEAR_SCREENSHOTS=DIR where it is given.
 from __future__ import annotations
 
 import os
-import shutil
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,6 @@ from typer.testing import CliRunner
 
 from fegear.cli import app
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 WIDTHS = (390, 1280)
 FIGURES = """() => [...document.querySelectorAll("figure")].map((figure) => {
   const picture = figure.querySelector("svg");
@@ -56,20 +54,6 @@ def folder(tmp_path_factory):
     argv = ["validate", str(directory / "small.toml"), "-o", str(directory / "out")]
     assert CliRunner().invoke(app, argv, catch_exceptions=False).exit_code == 0
     return directory / "out"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if CHROMIUM is None:
-        pytest.skip("there is no Chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        program = playwright.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox"]
-        )
-        yield program
-        program.close()
 
 
 @pytest.fixture(params=WIDTHS)

@@ -13,36 +13,41 @@ import pytest
 from cli_commands import commands
 from typer.testing import CliRunner
 
-import validation.reproduce
+import validation.commands.reproduce.runs
 from fegear.cli import app, run
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.closed_forms import parametric_system
 from lumped.steady.respond import respond_confirmed
 from lumped.steady.sweep import sweep
-from validation.reproduce import (
-    figure_numbers,
-    find_figure,
-    load_figure,
-    omitted_figures,
-    run_figure,
-)
-from validation.reproduce.comparison import (
+from validation.commands.reproduce.comparison import (
     ReferenceCheck,
     compare,
     count_lines,
     overview,
 )
-from validation.reproduce.computations.kinds import COMPUTE, KINDS
-from validation.reproduce.parts import Curve, PartResult, first_largest
-from validation.reproduce.readings import read_values
-from validation.reproduce.references import OtherPart, Reference
-from validation.reproduce.runs import commands_of, curves_csv, read_curves
-from validation.reproduce.source_figures import FOLDER, read_figure
+from validation.commands.reproduce.computations.kinds import COMPUTE, KINDS
+from validation.commands.reproduce.parts import Curve, PartResult, first_largest
+from validation.commands.reproduce.readings import read_values
+from validation.commands.reproduce.references import OtherPart, Reference
+from validation.commands.reproduce.runs import (
+    commands_of,
+    curves_csv,
+    find_figure,
+    read_curves,
+    run_figure,
+)
+from validation.commands.reproduce.source_figures import (
+    FOLDER,
+    figure_numbers,
+    load_figure,
+    omitted_figures,
+    read_figure,
+)
 from validation.study.run_store import RESULT
 
 CHEAP = "table-2.1"  # takes milliseconds
@@ -584,7 +589,7 @@ def test_a_page_keeps_the_figures_of_earlier_runs(tmp_path, monkeypatch):
     values = json.loads((out / "report.json").read_text())
     assert [f["number"] for f in values["figures"]] == [CHEAP, "table-2.2"]
     assert sum(row["lines"] for row in values["counts"]) == 12
-    monkeypatch.setattr("validation.reproduce.runs.FORMAT", "another")
+    monkeypatch.setattr("validation.commands.reproduce.runs.FORMAT", "another")
     ended = invoked(CHEAP, "-o", str(out))
     assert "the program or their data changed: table-2.2" in ended.stdout
     assert "natural frequency 8" not in (out / "index.html").read_text()
@@ -594,7 +599,7 @@ def test_files_are_named_after_their_figures(tmp_path, monkeypatch):
     text = (FOLDER / f"{CHEAP}.toml").read_text()
     for name in (f"{CHEAP}.toml", "2.1.toml"):
         (tmp_path / name).write_text(text)
-    monkeypatch.setattr("validation.reproduce.source_figures.FOLDER", tmp_path)
+    monkeypatch.setattr("validation.commands.reproduce.source_figures.FOLDER", tmp_path)
     load_figure.cache_clear()
     with pytest.raises(InputError, match=r"2\.1\.toml: number = table-2\.1; must be"):
         load_figure("2.1")
@@ -611,14 +616,14 @@ def test_figures_that_are_not_made_say_why():
 
 
 def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch):
-    made = validation.reproduce.run_figure
+    made = validation.commands.reproduce.runs.run_figure
 
     def first_only(figure, *others):
         if figure.number != CHEAP:
             raise KeyboardInterrupt
         return made(figure, *others)
 
-    monkeypatch.setattr(validation.reproduce, "run_figure", first_only)
+    monkeypatch.setattr(validation.commands.reproduce.runs, "run_figure", first_only)
     argv = ["reproduce", CHEAP, "table-2.2", "-o", str(tmp_path / "out")]
     assert run(argv) == 130
     values = json.loads((tmp_path / "out" / "report.json").read_text())
@@ -626,14 +631,14 @@ def test_after_ctrl_c_the_finished_figures_are_on_the_page(tmp_path, monkeypatch
 
 
 def test_a_figure_that_fails_holds_up_no_other(tmp_path, monkeypatch):
-    made = validation.reproduce.run_figure
+    made = validation.commands.reproduce.runs.run_figure
 
     def first_fails(figure, *others):
         if figure.number == CHEAP:
             raise AttributeError("no such\nattribute")
         return made(figure, *others)
 
-    monkeypatch.setattr(validation.reproduce, "run_figure", first_fails)
+    monkeypatch.setattr(validation.commands.reproduce.runs, "run_figure", first_fails)
     out = tmp_path / "out"
     ended = invoked(CHEAP, "table-2.2", "-o", str(out))
     assert ended.exit_code == 1
@@ -874,11 +879,11 @@ def test_the_damping_ratio_of_chapter_2_ends_a_branch_between_printed_speeds():
     The branch is followed at 0.012, as in figure 2.12, then the damping ratio is
     raised, on both sides of the interval that the note of the figures states.
     """
-    stiffness = StiffnessSource(relief_stiffness="unmodified")
+    stiffness = ExcitationSettings(relief_stiffness="unmodified")
     gears, excitations = load_gear_set("liu-idler"), Excitations(stiffness)
 
     def of(ratio):
-        model = LumpedModel(number=1, stiffness=stiffness, damping_ratio=ratio)
+        model = LumpedModel(number=1, excitation=stiffness, damping_ratio=ratio)
         return lumped_system(gears, 100.0, model, excitations)
 
     speeds = np.arange(2490.0, 3201.0, 20.0)

@@ -12,7 +12,7 @@ import pytest
 from pydantic import TypeAdapter
 from quick_figures import RECORDED, quick_values
 
-from validation.reproduce import figure_numbers, load_figure
+from validation.commands.reproduce.source_figures import figure_numbers, load_figure
 from validation.study.data_files import few_speeds, parsed_speeds
 
 RTOL, ATOL = 1e-4, 1e-9

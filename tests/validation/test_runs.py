@@ -11,6 +11,7 @@ import shutil
 import sys
 import tempfile
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,7 +20,7 @@ from case_files import TINY
 from conftest import SMALL_HUBS
 
 from fegear.dynamics.stepper import ReducedStepper
-from fegear.files import memory
+from fegear.files import kept, memory
 from fegear.files.errors import InputError
 from fegear.files.store import open_checkpoint
 from fegear.gearset import load_gear_set
@@ -31,11 +32,12 @@ from lumped.steady.steady_state import Diverged
 from lumped.steady.steppers import FixedStepper
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import Wave as PeriodicWave
-from validation.study import run_store, runs, solving, tasks
+from validation.study import runs, solving, tasks
 from validation.study.cases import Model, SingleSpeed, Tolerance, load_case
 from validation.study.metrics import static_measures
 from validation.study.printed import printed_figure
 from validation.study.run_files import FILE_NAMES, features
+from validation.study.run_store import RESULT
 from validation.study.solving import approach
 from validation.study.statics_runs import mesh_statics, static_deflection
 from validation.study.tasks import tasks_of
@@ -57,6 +59,7 @@ CASE = replace(
     speeds_Hz="1000:2600:40",
     metric=tuple(Tolerance(name=n, allowed=a, reason=r) for n, a, r in METRICS),
 )
+STORE = Path("store")
 FEW = replace(
     CASE,
     speeds_Hz="1000:1200:50",
@@ -69,9 +72,14 @@ def bytes_of(store):
 
 
 def require_same_files(run, other):
-    for name in ("sweep.csv", "statics.csv", "waves.csv", "inputs.json"):
+    for name in ("sweep.csv", "statics.csv", "waves.csv"):
         one, two = run.directory / name, other.directory / name
         assert one.read_bytes() == two.read_bytes(), name
+    assert inputs_of(run) == inputs_of(other)
+
+
+def inputs_of(run):
+    return json.loads((run.directory / kept.INPUTS).read_text())["inputs"]
 
 
 @pytest.mark.slow
@@ -87,14 +95,14 @@ def test_runs_of_a_cluster_are_those_of_this_process(tmp_path, few):
 
 def test_runs_of_another_program_are_refused(tmp_path, monkeypatch):
     """As told by what a run was made of."""
-    made = runs.texts_of
+    made = runs.contents_of
 
     def elsewhere(task):
         with monkeypatch.context() as patch:
             patch.setattr(tasks, "FORMAT", "another")
             return made(task)
 
-    monkeypatch.setattr(runs, "texts_of", elsewhere)
+    monkeypatch.setattr(runs, "contents_of", elsewhere)
     model_only = replace(FEW, speeds_Hz="1000:1050:50", single_speed=())
     with pytest.raises(InputError, match="workers whose program is not the one"):
         runs.make_runs([model_only], tmp_path, 1)
@@ -164,14 +172,15 @@ def test_reuse_computes_nothing_and_changes_no_byte(few, monkeypatch):
 )
 def test_what_determines_a_run_names_it(changes):
     names = [
-        {t.directory_name for t in tasks_of(c)} for c in (FEW, replace(FEW, **changes))
+        {t.directory(STORE) for t in tasks_of(c)}
+        for c in (FEW, replace(FEW, **changes))
     ]
     assert names[0].isdisjoint(names[1])
 
 
 def test_fidelity_and_friction_belong_to_the_finite_elements():
     before, after = (
-        [task.directory_name for task in tasks_of(case)]
+        [task.directory(STORE) for task in tasks_of(case)]
         for case in (FEW, replace(FEW, fidelity="reduced", friction=0.1))
     )
     assert before[0] != after[0]
@@ -218,7 +227,7 @@ def test_a_run_that_is_stopped_is_not_finished(few, tmp_path, part):
     with pytest.raises(Stopped):
         runs.run_case(FEW, store, report)
     uninterrupted = few[1]
-    finished = {path.parent.name for path in store.rglob("result.json")}
+    finished = {path.parent.name for path in store.rglob(kept.INPUTS)}
     for run in uninterrupted.runs:
         if run.directory.name in finished:
             require_same_files(
@@ -279,16 +288,16 @@ def test_an_approach_goes_on_where_it_was(few, tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["sweep.csv", "result.json"])
+@pytest.mark.parametrize("name", ["sweep.csv", kept.INPUTS])
 def test_speeds_are_kept_until_the_result_is_written(few, tmp_path, monkeypatch, name):
-    def interrupted(path, text):
+    def interrupted(path, content):
         if path.name == name:
             raise KeyboardInterrupt
-        write(path, text)
+        write(path, content)
 
-    write = run_store.write_text
+    write = kept.write_bytes
     with monkeypatch.context() as patch:
-        patch.setattr(run_store, "write_text", interrupted)
+        patch.setattr(kept, "write_bytes", interrupted)
         with pytest.raises(KeyboardInterrupt):
             runs.run_case(FEW, tmp_path)
     result = runs.run_case(FEW, tmp_path)
@@ -348,7 +357,7 @@ DAMAGE = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", DAMAGE)
-@pytest.mark.parametrize("name", [run_store.INPUTS, *FILE_NAMES, run_store.RESULT])
+@pytest.mark.parametrize("name", [kept.INPUTS, *FILE_NAMES, RESULT])
 def test_a_damaged_run_is_made_again(few, tmp_path, name, kind):
     store = shutil.copytree(few[0], tmp_path / "store")
     path = next(store.glob(f"model-1*/{name}"))
@@ -399,7 +408,7 @@ def test_a_store_that_cannot_be_written_is_told_before_anything_runs(
 
 def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
     task = next(tasks_of(FEW))
-    checkpoint = tmp_path / task.directory_name / "checkpoint"
+    checkpoint = task.directory(tmp_path) / "checkpoint"
     other = open_checkpoint(checkpoint, task.inputs, resume=True)
     with pytest.raises(InputError, match="another process works on it"):
         runs.run_case(FEW, tmp_path)
@@ -411,7 +420,7 @@ def test_a_run_that_another_process_makes_is_refused(few, tmp_path):
 def test_a_checkpoint_left_beside_a_finished_run_goes(few, tmp_path):
     store = shutil.copytree(few[0], tmp_path / "store")
     task = next(tasks_of(FEW))
-    checkpoint = store / task.directory_name / "checkpoint"
+    checkpoint = task.directory(store) / "checkpoint"
     open_checkpoint(checkpoint, task.inputs, resume=True).close(keep=True)
     assert runs.run_case(FEW, store).runs[0].reused
     assert not checkpoint.exists()
@@ -430,7 +439,7 @@ def test_memory_of_runs_is_kept(few):
 
 
 def test_memory_that_is_not_known_is_nan(few, tmp_path, monkeypatch):
-    monkeypatch.setattr(memory, "STATUS", tmp_path / "nothing")
+    monkeypatch.setattr(memory, "STATUS_FILE", tmp_path / "nothing")
     store = shutil.copytree(few[0], tmp_path / "store")
     next(store.glob("model-1*/result.json")).unlink()
     for _ in range(2):

@@ -12,10 +12,10 @@ from validation.study.sources import DRAWING, ROOT, SHOWN, digest_of, sources_of
 
 COMPUTED = [
     "validation.study.solving",
-    "validation.random_sets.set_runs",
-    "validation.reproduce.computations.clatter",
-    "validation.reproduce.computations.frequency_response",
-    "validation.reproduce.computations.rattle_basins",
+    "validation.commands.validate.random_sets.set_runs",
+    "validation.commands.reproduce.computations.clatter",
+    "validation.commands.reproduce.computations.frequency_response",
+    "validation.commands.reproduce.computations.rattle_basins",
 ]
 
 

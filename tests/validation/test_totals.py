@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from validation.report.totals import committed_totals, totals_of
+from validation.commands.validate.report.totals import committed_totals, totals_of
 from validation.study.cases import case_names, load_case
 
 

@@ -7,13 +7,13 @@ import json
 import pytest
 from case_files import case_text
 from typer.testing import CliRunner
+from written_tables import read_sweep
 
-import validation.random_sets.set_runs
+import validation.commands.validate.random_sets.set_runs
 import validation.study.runs
 from fegear.cli import app
 from fegear.files.errors import InputError
-from lumped.steady.sweep_table import read_sweep
-from validation.random_sets.set_runs import SetRun
+from validation.commands.validate.random_sets.set_runs import SetRun
 
 
 def run(*arguments):
@@ -90,7 +90,9 @@ def test_random_sets_run_alone(complete, code, tmp_path, monkeypatch):
         table = store / "random-pair-1" / "speeds.csv"
         return [SetRun("pair-1", table, False, "here", "it diverged")], complete
 
-    monkeypatch.setattr(validation.random_sets.set_runs, "run_random_sets", runs)
+    monkeypatch.setattr(
+        validation.commands.validate.random_sets.set_runs, "run_random_sets", runs
+    )
     result = run("random-sets", "-o", tmp_path)
     assert result.exit_code == code
     assert "0 of 1 random gear sets keep what is promised" in result.stdout

@@ -38,20 +38,20 @@ class ElementDrop:
 
     def __call__(self, depth: float) -> StiffnessDrop:
         """Drop at a depth of the crack [m]."""
-        problem = self._problem(depth)
+        problem = self._cracked_problem(depth)
         added = self._alone(problem) - self._alone(self._healthy)
         stiffness = self._mesh_stiffness(problem)
         return stiffness_drop(self._healthy_stiffness, stiffness, added)
 
     @cached_property
     def _healthy(self) -> ContactProblem:
-        return self._problem(0.0)
+        return self._cracked_problem(0.0)
 
     @cached_property
     def _healthy_stiffness(self) -> Array:
         return self._mesh_stiffness(self._healthy)
 
-    def _problem(self, depth: float) -> ContactProblem:
+    def _cracked_problem(self, depth: float) -> ContactProblem:
         pair = self.pair
         settings = replace(pair.settings, corner_contact=self.corner_contact)
         return contact_problem(self._gear_set(depth), pair.mesh, settings)

@@ -21,6 +21,7 @@ import numpy as np
 
 from fegear.contact.solve import solve_pair_alone
 from fegear.gearset.model import GearSet
+from fegear.gearset.planes import section_plane
 from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
@@ -32,7 +33,11 @@ from validation.oracles.cut_tooth import CutTooth
 from validation.oracles.potential_energy import ContactLaw
 
 SETTINGS = StaticsSettings(
-    positions=64, estimate_error=False, root_stress=False, corner_contact=False
+    positions=64,
+    plane="stress",
+    estimate_error=False,
+    root_stress=False,
+    corner_contact=False,
 )
 
 
@@ -157,7 +162,11 @@ class StiffnessFactors:
 def stiffness_factors(pair: HealthyPair) -> StiffnessFactors:
     """Both mean mesh stiffnesses of a pair, and what accounts for their ratio."""
     linear = float(pair.energy_stiffness("linear").mean())
-    deep = float(pair.energy_stiffness(pair.settings.plane).mean())
+    deep = float(
+        pair.energy_stiffness(
+            section_plane(pair.settings.plane_of(pair.gear_set))
+        ).mean()
+    )
     alone = pair.lone_pairs.sum(axis=1)
     pairs = (pair.lone_pairs > 0.0).sum(axis=1)
     shared_twist = 1.0 / (1.0 / alone + pair.body_twist * (1.0 - 1.0 / pairs))

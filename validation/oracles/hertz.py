@@ -34,7 +34,7 @@ def plane_moduli(material: Material, plane: Plane) -> Material:
         return Material(E, nu)
     if plane == "strain":
         return Material(E / (1.0 - nu**2), nu / (1.0 - nu))
-    raise ValueError(f"plane must be 'stress' or 'strain', got {plane!r}")
+    raise ValueError(f"plane = {plane!r}; must be 'stress' or 'strain'")
 
 
 def effective_modulus(first: Material, second: Material, plane: Plane) -> float:
@@ -132,4 +132,4 @@ def linear_compliance(first: Material, second: Material) -> float:
 def require_positive(name: str, value: ArrayLike) -> None:
     """Raise unless every element is positive; NaN is refused too."""
     if not np.all(np.asarray(value, dtype=float) > 0.0):
-        raise ValueError(f"{name} must be positive, got {value!r}")
+        raise ValueError(f"{name} = {value!r}; must be positive")

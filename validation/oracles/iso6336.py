@@ -1,4 +1,4 @@
-"""Mesh stiffness of spur gears by ISO 6336-1, clause 9, method B.
+"""Mesh stiffness of spur and helical gears by ISO 6336-1, clause 9, method B.
 
 ISO 6336-1:2006 (equation numbers differ between editions, so clauses are cited).
 The regression holds for steel on steel, external gears; `material_factor` takes it to
@@ -32,12 +32,20 @@ def theoretical_single_stiffness(
     profile_shifts : x1, x2; the standard asks x1 >= x2 and -0.5 <= x1 + x2 <= 2
     """
     if min(teeth) <= 0:
-        raise ValueError(f"teeth must be positive (external gears), got {teeth}")
+        raise ValueError(f"teeth = {teeth}; must be positive (external gears)")
     (z1, z2), (x1, x2) = teeth, profile_shifts
     q = 0.04723 + 0.15551 / z1 + 0.25791 / z2
     q += -0.00635 * x1 - 0.11654 * x1 / z1 - 0.00193 * x2 - 0.24188 * x2 / z2
     q += 0.00529 * x1**2 + 0.00182 * x2**2
     return 1.0 / q
+
+
+def virtual_teeth(
+    teeth: tuple[float, float], helix_angle: float, base_helix_angle: float
+) -> tuple[float, float]:
+    """z_n = z / (cos(beta_b)^2 cos(beta)) of pinion and wheel; angles in [rad]."""
+    share = math.cos(base_helix_angle) ** 2 * math.cos(helix_angle)
+    return teeth[0] / share, teeth[1] / share
 
 
 def basic_rack_factor(
@@ -68,7 +76,8 @@ def single_stiffness(
     blank_factor: float = 1.0,
     rack_factor: float | None = None,
 ) -> float:
-    """c' = c'_th C_M C_R C_B [N/(mm um)], clause 9.3.1, spur gears.
+    """c' = c'_th C_M C_R C_B [N/(mm um)], clause 9.3.1; helical gears have cos(beta)
+    of it.
 
     For a specific load of 100 N/mm or more; below, multiply by `low_load_factor`.
     rack_factor : C_B, None for the standard basic rack
@@ -83,7 +92,7 @@ def low_load_factor(specific_load: float) -> float:
     specific_load : Ft KA / b [N/m]
     """
     if not specific_load > 0.0:
-        raise ValueError(f"specific_load must be positive, got {specific_load}")
+        raise ValueError(f"specific_load = {specific_load}; must be positive")
     return math.sqrt(math.sqrt(min(specific_load / FULL_SPECIFIC_LOAD, 1.0)))
 
 
@@ -94,7 +103,7 @@ def material_factor(young_moduli: tuple[float, float]) -> float:
     """
     one, two = young_moduli
     if not min(one, two) > 0.0:
-        raise ValueError(f"young_moduli must be positive, got {young_moduli}")
+        raise ValueError(f"young_moduli = {young_moduli}; must be positive")
     return 2.0 * one * two / (one + two) / STEEL
 
 
@@ -124,7 +133,7 @@ def mesh_stiffness(single: float, contact_ratio: float) -> float:
     single : c' [N/(mm um)]; the result has its unit
     """
     if not contact_ratio >= 1.0:
-        raise ValueError(f"contact_ratio must be at least 1, got {contact_ratio}")
+        raise ValueError(f"contact_ratio = {contact_ratio}; must be at least 1")
     return single * (0.75 * contact_ratio + 0.25)
 
 
@@ -134,14 +143,19 @@ def mean_mesh_stiffness(
     face_width: float,
     profile_shifts: tuple[float, float] = (0.0, 0.0),
     factors: tuple[float, float, float] | None = None,
+    helix: tuple[float, float] = (0.0, 0.0),
 ) -> float:
     """Mean mesh stiffness c_gamma_alpha b along the line of action [N/m].
 
+    contact_ratio : in the section across the axis
     face_width : b [m]
+    profile_shifts : in normal modules
     factors : (C_M, C_R, C_B), None for solid discs and the standard basic rack
+    helix : angle on the reference and on the base cylinder [rad]
     """
     if not face_width > 0.0:
-        raise ValueError(f"face_width must be positive, got {face_width}")
-    theoretical = theoretical_single_stiffness(teeth, profile_shifts)
-    single = single_stiffness(theoretical, *(factors or ()))
+        raise ValueError(f"face_width = {face_width}; must be positive")
+    one, two = virtual_teeth(teeth, *helix)
+    theoretical = theoretical_single_stiffness((one, two), profile_shifts)
+    single = single_stiffness(theoretical, *(factors or ())) * math.cos(helix[0])
     return mesh_stiffness(single, contact_ratio) * SI_PER_ISO_UNIT * face_width

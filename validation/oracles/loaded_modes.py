@@ -28,14 +28,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh, eigvalsh
 
 from lumped.common.array_types import Array, Mask
 
 if TYPE_CHECKING:
     from fegear.dynamics.model import DynamicModel
 
-MAX_ITERATIONS, SHORTEST = 200, 1e-6  # of Newton's method, and of its steps
+MAX_ITERATIONS, MIN_NEWTON_STEP = 200, 1e-6  # of Newton's method, and of its steps
 EQUILIBRIUM_RTOL = 1e-11  # of the reach of the laws
 REFINED, PART = 1e-7, 1e-3  # of a squared frequency; the part of it for derivatives
 
@@ -57,12 +57,14 @@ def loaded_modes(model: DynamicModel, averaged: Mask, highest_Hz: float) -> Load
     Raises ArithmeticError where no static equilibrium is found, or no frequency.
     """
     train = Linearised(model, averaged)
-    squares = train.near(0.0)[0]
     highest = (2.0 * np.pi * highest_Hz) ** 2
-    rough = squares[(squares > 0.0) & (squares < 4.0 * highest)]
-    modes = np.array([train.refined(square) for square in rough]).reshape(-1, 2)
-    modes = modes[modes[:, 0] < highest_Hz]
-    return LoadedModes(*modes[np.argsort(modes[:, 0])].T)
+    rough = train.near(0.0)[0][: train.count_below(highest)]
+    modes = [
+        train.refined(k, min(square, highest))
+        for k, square in enumerate(rough)
+        if square > 0.0
+    ]
+    return LoadedModes(*np.array(modes).reshape(-1, 2).T)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,14 +134,22 @@ class Linearised:
         strain = np.einsum("in,ij,jn->n", shapes, meshes, shapes)
         return squares, strain / np.where(squares > 0.0, squares, np.inf)
 
-    def refined(self, square: float) -> tuple[float, float]:
-        """A natural frequency [Hz] and its mesh energy, from its square nearby."""
+    def count_below(self, square: float) -> int:
+        """Modes below a squared angular frequency, which all that follow are above.
+
+        So many eigenvalues of the dynamic stiffness are negative there: each falls as
+        the frequency rises, and passes zero at a mode.
+        """
+        bare, meshes = self.dynamic_stiffness(square)
+        return int(np.count_nonzero(eigvalsh(bare + meshes) < 0.0))
+
+    def refined(self, k: int, square: float) -> tuple[float, float]:
+        """The frequency [Hz] of mode k, and its mesh energy, from a square nearby."""
         for _ in range(MAX_ITERATIONS):
             squares, energies = self.near(square)
-            nearest = int(np.argmin(np.abs(squares - square)))
-            before, square = square, float(squares[nearest])
+            before, square = square, float(squares[k])
             if abs(square - before) < REFINED * square:
-                return np.sqrt(square) / (2.0 * np.pi), float(energies[nearest])
+                return np.sqrt(square) / (2.0 * np.pi), float(energies[k])
         raise ArithmeticError(f"no natural frequency near {np.sqrt(square):g} rad/s")
 
 
@@ -236,7 +246,7 @@ class Rest:
             if np.abs(step[:count]).max() < EQUILIBRIUM_RTOL * scale:
                 return x, z
             size, part = self.size(miss), 1.0
-            while part > SHORTEST:
+            while part > MIN_NEWTON_STEP:
                 new = x - part * step[:count], z - part * step[count:]
                 miss = self.miss(*new)
                 if self.size(miss) < size:

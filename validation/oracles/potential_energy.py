@@ -188,7 +188,7 @@ class ToothCompliance(NamedTuple):
         return self.bending + self.shear + self.axial + self.body
 
 
-def _gauss(start: ArrayLike, end: ArrayLike) -> tuple[Array, Array]:
+def _gauss_points(start: ArrayLike, end: ArrayLike) -> tuple[Array, Array]:
     """Gauss-Legendre points and weights on intervals (n,), shape (n, q) each."""
     node, weight = np.polynomial.legendre.leggauss(QUADRATURE_POINTS)
     low, high = np.atleast_1d(start)[:, None], np.atleast_1d(end)[:, None]
@@ -201,7 +201,7 @@ def _fillet_sections(gear: AnalyticGear) -> ToothSections:
     rho, theta_f = FILLET_RADIUS * gear.module, gear.root_half_angle
     beta = gear.form_roll_length / gear.base_radius - gear.base_half_angle
     centre = gear.root_radius + rho
-    omega, weight = _gauss(theta_f, 0.5 * math.pi - beta)
+    omega, weight = _gauss_points(theta_f, 0.5 * math.pi - beta)
     x = centre * math.cos(theta_f) - rho * np.cos(omega)
     y = centre * math.sin(theta_f) - rho * np.sin(omega)
     return ToothSections(x, y, y, rho * np.sin(omega) * weight)
@@ -213,7 +213,7 @@ def _radial_sections(gear: AnalyticGear) -> ToothSections:
         return ToothSections(*(np.zeros((1, 0)) for _ in range(4)))
     rho, psi_b = FILLET_RADIUS * gear.module, gear.base_half_angle
     form_radius = math.sqrt((gear.root_radius + rho) ** 2 - rho**2)
-    r, weight = _gauss(form_radius, gear.base_radius)
+    r, weight = _gauss_points(form_radius, gear.base_radius)
     y = r * math.sin(psi_b)
     return ToothSections(r * math.cos(psi_b), y, y, weight * math.cos(psi_b))
 
@@ -221,7 +221,7 @@ def _radial_sections(gear: AnalyticGear) -> ToothSections:
 def _involute_sections(gear: AnalyticGear, roll_length: Array) -> ToothSections:
     """Involute from the form point to the load at roll_length (n,), shape (n, q)."""
     rb = gear.base_radius
-    phi, weight = _gauss(gear.form_roll_length / rb, roll_length / rb)
+    phi, weight = _gauss_points(gear.form_roll_length / rb, roll_length / rb)
     beta = phi - gear.base_half_angle
     x = rb * (np.cos(beta) + phi * np.sin(beta))
     y = rb * (phi * np.cos(beta) - np.sin(beta))

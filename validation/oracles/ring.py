@@ -31,7 +31,7 @@ class Annulus:
             )
         for name, value in vars(self).items():
             if name in POSITIVE and not value > 0.0:
-                raise ValueError(f"{name} must be positive, got {value}")
+                raise ValueError(f"{name} = {value}; must be positive")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,15 +40,6 @@ class Ring(Annulus):
 
     shear_modulus: float  # Pa
     face_width: float  # m
-
-
-def shear_stress(ring: Ring, torque: float, radius: ArrayLike) -> Array:
-    """tau_r_theta = T / (2 pi r^2 b), shape of radius [Pa]: moment about the axis.
-
-    torque : T applied at the outer radius, counter-clockwise positive [N m]
-    """
-    r = np.asarray(radius, dtype=float)
-    return np.asarray(torque / (2.0 * np.pi * r**2 * ring.face_width))
 
 
 def tangential_displacement(ring: Ring, torque: float, radius: ArrayLike) -> Array:
@@ -74,7 +65,7 @@ def line_of_action_stiffness(ring: Ring, base_radius: float) -> float:
     base_radius : rb [m]
     """
     if not base_radius > 0.0:
-        raise ValueError(f"base_radius must be positive, got {base_radius}")
+        raise ValueError(f"base_radius = {base_radius}; must be positive")
     return 1.0 / (rotation(ring, 1.0) * base_radius**2)
 
 

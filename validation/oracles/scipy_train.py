@@ -16,8 +16,8 @@ from lumped.common.array_types import Array
 from lumped.train.system import LumpedSystem
 
 Method = Literal["DOP853", "LSODA"]
-TABLE = 4096  # points per base pitch of stiffness and gap
-POINTS = 256  # per period of the first mesh at which the motion is read
+TABLE_POINTS = 4096  # points per base pitch of stiffness and gap
+READ_POINTS = 256  # per period of the first mesh at which the motion is read
 
 
 class ScipyTrain:
@@ -34,7 +34,7 @@ class ScipyTrain:
         self.backlash = np.array([mesh.backlash for mesh in system.train.meshes])
         self.phase = [mesh.phase for mesh in system.train.meshes]
         self.rate = [float(rate) for rate in system.train.mesh_rates]
-        x = np.arange(TABLE + 1) / TABLE
+        x = np.arange(TABLE_POINTS + 1) / TABLE_POINTS
         self.tables = [
             np.array([[pair.stiffness(x), pair.gap(x)] for pair in excitation.pairs])
             for excitation in system.excitations
@@ -55,8 +55,8 @@ class ScipyTrain:
         """Mesh forces (m,) [N] after so many periods of the first mesh."""
         force = np.empty(deflection.size)
         for m, table in enumerate(self.tables):
-            position = (self.phase[m] + self.rate[m] * periods) % 1.0 * TABLE
-            i = min(int(position), TABLE - 1)
+            position = (self.phase[m] + self.rate[m] * periods) % 1.0 * TABLE_POINTS
+            i = min(int(position), TABLE_POINTS - 1)
             part = position - i
             stiffness, gap = ((1.0 - part) * table[..., i] + part * table[..., i + 1]).T
             e = deflection[m] - gap
@@ -81,7 +81,7 @@ def scipy_rms(
     size = np.abs(train.start).max()
     scale = np.repeat([size, size * 2.0 * math.pi * frequency], train.start.size)
     span = (0.0, (settle + measure) / frequency)
-    times = (settle + np.arange(measure * POINTS) / POINTS) / frequency
+    times = (settle + np.arange(measure * READ_POINTS) / READ_POINTS) / frequency
     done = solve_ivp(
         train.slope,
         span,

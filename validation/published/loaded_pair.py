@@ -10,8 +10,8 @@ from typing import Any
 
 from fegear.contact.problem import ContactCycle
 from fegear.contact.solve import solve_cycle, solve_pair_alone
-from fegear.elasticity.material import Plane
 from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.planes import Plane
 from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
@@ -73,20 +73,20 @@ class LoadedPair:
         return self.torque / self.pair.driver.base_radius
 
     @cached_property
-    def _solved(self) -> dict[Plane, StaticsResult]:
+    def _statics_by_plane(self) -> dict[Plane, StaticsResult]:
         return {}
 
     def solved(self, plane: Plane = "stress") -> StaticsResult:
         """The mesh by finite elements, frictionless."""
-        if plane not in self._solved:
+        if plane not in self._statics_by_plane:
             settings = StaticsSettings(
                 plane=plane,
                 positions=POSITIONS,
                 estimate_error=False,
                 root_stress=False,
             )
-            self._solved[plane] = solve_mesh(self.gear_set, settings=settings)
-        return self._solved[plane]
+            self._statics_by_plane[plane] = solve_mesh(self.gear_set, settings=settings)
+        return self._statics_by_plane[plane]
 
     def at(self, position: float, plane: Plane = "stress") -> ContactCycle:
         """Contact at a position, base pitches past the pitch point."""

@@ -7,13 +7,13 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from fegear.elasticity.material import Plane
 from fegear.gearset.loss_factor import (
     equal_share_loss_factor,
     sliding_per_base_pitch,
 )
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear
+from fegear.gearset.planes import Plane
 from lumped.common.checks import require_present
 from lumped.train.modes import natural_modes
 from validation.oracles import hertz, iso6336, potential_energy, ring
@@ -141,9 +141,8 @@ def _virtual_teeth(subject: LoadedPair) -> tuple[float, float]:
     """z_n = z / (cos(beta_b)^2 cos(beta)), of the inputs where they have teeth."""
     helix, alpha = _helix(subject), subject.pair.driver.pressure_angle
     base_helix = math.asin(math.sin(helix) * math.cos(alpha))
-    ratio = math.cos(base_helix) ** 2 * math.cos(helix)
     one, two = subject.inputs.get("teeth", subject.teeth)
-    return one / ratio, two / ratio
+    return iso6336.virtual_teeth((one, two), helix, base_helix)
 
 
 def single_stiffness_fe(subject: LoadedPair) -> float:

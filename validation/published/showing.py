@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINEAR_TO = 2.0  # per cent, of the axis of the figure
-HEAD = "quantity", "method", "unit", "published", "ours", "deviation [%]"
-SUMMARY = "quantity", "method", "pairs", "deviations [%]"
+TABLE_HEADER = "quantity", "method", "unit", "published", "ours", "deviation [%]"
+SUMMARY_HEADER = "quantity", "method", "pairs", "deviations [%]"
 
 
 def markdown(cases: Sequence[PublishedCase]) -> str:
@@ -44,12 +44,15 @@ def _parts(case: PublishedCase) -> Iterator[str]:
     groups = _by_quantity(case.rows)
     explanations = [text for group in groups if (text := _explanation(group))]
     numbers = {text: n for n, text in enumerate(dict.fromkeys(explanations), 1)}
-    marks = [_mark(numbers.get(_explanation(group))) for group in groups]
+    marks = [_explanation_mark(numbers.get(_explanation(group))) for group in groups]
     if any(row.subject for row in case.rows):
         cells = map(_summary_cells, groups)
-        yield _table(SUMMARY, _marked(cells, marks))
+        yield _table(SUMMARY_HEADER, _lines_with_marks(cells, marks))
     else:
-        yield _table(HEAD, _marked((_cells(row) for (row,) in groups), marks))
+        yield _table(
+            TABLE_HEADER,
+            _lines_with_marks((_cells(row) for (row,) in groups), marks),
+        )
     yield "\n".join(f"{number}. {text}" for text, number in numbers.items())
     definitions = {row.quantity: row.definition for row in reversed(case.rows)}
     quantities = dict.fromkeys(row.quantity for row in case.rows)
@@ -63,12 +66,12 @@ def _explanation(rows: Sequence[PublishedRow]) -> str:
     return " ".join(dict.fromkeys(row.explanation for row in rows if row.is_explained))
 
 
-def _mark(number: int | None) -> str:
+def _explanation_mark(number: int | None) -> str:
     """The number of an explanation below the table."""
     return f" ({number})" if number else ""
 
 
-def _marked(
+def _lines_with_marks(
     lines: Iterable[Sequence[str]], marks: Sequence[str]
 ) -> Iterator[tuple[str, ...]]:
     for (*cells, deviation), mark in zip(lines, marks, strict=True):
@@ -77,7 +80,9 @@ def _marked(
 
 def pair_table(case: PublishedCase) -> str:
     """Every row of a case of several pairs, as a markdown table."""
-    return _table(("pair", *HEAD), ((row.subject, *_cells(row)) for row in case.rows))
+    return _table(
+        ("pair", *TABLE_HEADER), ((row.subject, *_cells(row)) for row in case.rows)
+    )
 
 
 def _table(head: Sequence[str], lines: Iterable[Sequence[str]]) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, nan
 from pathlib import Path
+from typing import Any
 
 from lumped.common.checks import require_present
 from lumped.common.progress import Progress, silent
@@ -164,6 +165,42 @@ def budget_case(
         metric=(),
         ablation=True,
     )
+
+
+def budget_values(budget: Budget | None) -> dict[str, Any]:
+    """Models and quantities of a budget as plain values.
+
+    change_to_coupled : what changes on the mean from the model to the coupled one
+    """
+    if budget is None:
+        return {}
+    changes = [budget.change_to_coupled(row) for row in budget.rows]
+    return {
+        "models": [
+            {
+                "model": row.label,
+                "unmatched": row.unmatched,
+                "per_speed_s": row.per_speed_s,
+            }
+            for row in budget.rows
+        ],
+        "quantities": [
+            {
+                "quantity": quantity.label,
+                "unit": quantity.unit,
+                "models": [
+                    {
+                        "model": row.label,
+                        "places": len(row.measured[name]),
+                        "largest_error": quantity.factor * row.largest(name),
+                        "change_to_coupled": round(quantity.factor * change[name], 9),
+                    }
+                    for row, change in zip(budget.rows, changes, strict=True)
+                ],
+            }
+            for name, quantity in QUANTITIES.items()
+        ],
+    }
 
 
 def _row(result: CaseResult, model: str) -> BudgetRow:

@@ -17,7 +17,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import read_text
 from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.read import path_of
-from fegear.statics.stiffness_source import Kind
+from fegear.statics.excitation_settings import Kind
 from lumped.steady.motion import APPROACH_STEP
 from lumped.steady.sweep import Direction
 from validation.study.data_files import (

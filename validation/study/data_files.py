@@ -108,7 +108,7 @@ class DataFile(Generic[T]):
     def _sentence(self, item: ErrorDetails) -> str:
         """`metric 2, allowed = -1; must be at least 0`."""
         loc, kind = item["loc"], item["type"]
-        where, key = self._place(loc)
+        where, key = self._where_and_key(loc)
         before = f"{where}, " if where else ""
         if kind == "unexpected_keyword_argument":
             field_names = [field.name for field in fields(self._class_of(loc))]
@@ -130,7 +130,7 @@ class DataFile(Generic[T]):
         table = self.tables.get(str(loc[0]), self.content)
         return table[str(loc[2])] if isinstance(table, Mapping) else table
 
-    def _place(self, loc: Sequence[int | str]) -> tuple[str, str]:
+    def _where_and_key(self, loc: Sequence[int | str]) -> tuple[str, str]:
         """('metric 2', 'allowed') of an error's location."""
         table = self.tables.get(str(loc[0])) if loc else None
         if table is None or len(loc) < 2:

@@ -244,8 +244,8 @@ def curve_measures(
     """All metrics of a mesh and direction; peaks and jumps one by one."""
     if reference.direction != model.direction or reference.mesh != model.mesh:
         raise ValueError(
-            f"curves must be of one mesh and direction, got {reference.mesh} "
-            f"{reference.direction} and {model.mesh} {model.direction}"
+            f"curves = {reference.mesh} {reference.direction} and {model.mesh} "
+            f"{model.direction}; must be of one mesh and direction"
         )
     is_complete = model.complete and reference.complete
     for name, zones in (

@@ -40,23 +40,26 @@ def speeds_on_other_branches(
 
     reference, model : curves of all meshes and directions, each
     """
-    model_curves, reference_curves = _of(model, direction), _of(reference, direction)
+    model_curves, reference_curves = (
+        _curves_of_direction(model, direction),
+        _curves_of_direction(reference, direction),
+    )
     common = _common([*model_curves, *reference_curves])
     errors = _errors(reference_curves, model_curves, common)
     reached = np.zeros(common.size, bool)
     opposite = "down" if direction == "up" else "up"
     for one, other in (
-        (reference_curves, _of(model, opposite)),
-        (_of(reference, opposite), model_curves),
+        (reference_curves, _curves_of_direction(model, opposite)),
+        (_curves_of_direction(reference, opposite), model_curves),
     ):
         if one and other:
             reached |= _errors(one, other, common) <= SAME_MOTION
     differ = np.zeros(common.size, bool)
     for a, b in zip(reference_curves, model_curves, strict=True):
         if a.period_multiple is not None and b.period_multiple is not None:
-            differ |= _at(a, a.period_multiple, common) != _at(
-                b, b.period_multiple, common
-            )
+            differ |= _values_at_speeds(
+                a, a.period_multiple, common
+            ) != _values_at_speeds(b, b.period_multiple, common)
     return common, common[on_other_branch(errors, differ, reached)]
 
 
@@ -95,7 +98,9 @@ def advice(common: Array, others: Array) -> str:
     return text
 
 
-def _of(curves: Sequence[MeasuredCurve], direction: str) -> list[MeasuredCurve]:
+def _curves_of_direction(
+    curves: Sequence[MeasuredCurve], direction: str
+) -> list[MeasuredCurve]:
     same_direction = [curve for curve in curves if curve.direction == direction]
     return sorted(same_direction, key=lambda curve: curve.mesh)
 
@@ -118,13 +123,15 @@ def _errors_of_meshes(
     reference: Sequence[MeasuredCurve], model: Sequence[MeasuredCurve], speeds: Array
 ) -> Iterator[Array]:
     for a, b in zip(reference, model, strict=True):
-        here, there = (_at(curve, curve.dte_rms, speeds) for curve in (a, b))
+        here, there = (
+            _values_at_speeds(curve, curve.dte_rms, speeds) for curve in (a, b)
+        )
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.abs(there / here - 1.0)
         yield np.where(np.isfinite(error), error, np.inf)
 
 
-def _at(curve: MeasuredCurve, values: NDArray, speeds: Array) -> Array:
+def _values_at_speeds(curve: MeasuredCurve, values: NDArray, speeds: Array) -> Array:
     """Values of a curve at speeds (s,), NaN where it lacks them."""
     places = np.searchsorted(curve.frequency, speeds)
     places = np.minimum(places, curve.frequency.size - 1)

@@ -29,7 +29,7 @@ def printed_figure(run: Run, key: str, near: float) -> tuple[float, str]:
     for pattern, (file, figure) in KEYS.items():
         if match := re.fullmatch(pattern, key):
             return figure(run, near, *match.groups()), file
-    raise ValueError(f"key must be one of {', '.join(KEYS)}, got {key}")
+    raise ValueError(f"key = {key}; must be one of {', '.join(KEYS)}")
 
 
 def nearest(values: Iterable[float], near: float) -> float:

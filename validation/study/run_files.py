@@ -1,12 +1,10 @@
 """The files of a run, and runs as read from them.
 
-inputs.json   what it was made of
 sweep.csv     the sweep table
 statics.csv   static deflections over the mesh cycle
 waves.csv     mesh forces over a cycle at single speeds
-result.json   jumps, peaks and cost, with digests of the other files and of itself
-
-Files are read once, and what does not fit the digests is not looked into.
+result.json   jumps, peaks and cost
+inputs.json   what it was made of, with digests of the other files
 """
 
 from __future__ import annotations
@@ -26,7 +24,7 @@ from lumped.steady.sweep_table import SweepTable, format_sweep, parse_sweep, swe
 from validation.study.cycle_metrics import ForceCycle
 from validation.study.metrics import CYCLE_POINTS, MeasuredCurve, Statics
 from validation.study.provenance import machine
-from validation.study.run_store import RESULT, read_verified, with_digests
+from validation.study.run_store import RESULT, read_texts, run_contents
 from validation.study.solving import Cost, RunResult
 from validation.study.tasks import RunSpec
 
@@ -59,8 +57,8 @@ class Run:
     cost: Cost
 
 
-def contents(task: RunSpec, solution: RunResult) -> dict[str, str]:
-    """Texts of the files by name, the result last."""
+def contents(task: RunSpec, solution: RunResult) -> dict[str, bytes]:
+    """The files by name, in the order in which they are written."""
     system = solution.system
     pairs = [(task.torque, branch) for branch in solution.branches]
     label = task.case.fidelity if task.model is None else str(task.model.number)
@@ -84,7 +82,7 @@ def contents(task: RunSpec, solution: RunResult) -> dict[str, str]:
         STATICS: _statics_csv(solution.statics),
         CYCLES: _cycles_csv(solution.cycles),
     }
-    return with_digests(task.inputs, texts, result)
+    return run_contents(task.inputs, texts, result)
 
 
 def features(branches: Sequence[Branch]) -> list[dict[str, Any]]:
@@ -132,7 +130,7 @@ def read_run(task: RunSpec, directory: Path, reused: bool) -> Run | None:
 
     Raises InputError where files are there and cannot be read.
     """
-    texts = read_verified(directory, task.inputs, FILE_NAMES)
+    texts = read_texts(directory, task.inputs, FILE_NAMES)
     if texts is None:
         return None
     result = json.loads(texts[RESULT])

@@ -3,14 +3,14 @@
 A run is one source at one torque. Its directory below the store is named after a
 digest of all that determines it, the program's sources among it, and holds
 
-    inputs.json   what it was made of
     sweep.csv     the sweep table
     statics.csv   static deflections over the mesh cycle
     waves.csv     mesh forces over a cycle at single speeds
-    result.json   jumps, peaks, cost and digests; written last
+    result.json   jumps, peaks and cost
+    inputs.json   what it was made of, with digests of the other files; written last
     checkpoint    finished speeds of the finite elements, until the run is done
 
-A run without a result, or with files that do not fit its digests, is made again. Every
+A run whose files do not fit its inputs and digests is made again. Every
 run is returned as read from these files, so that a reused one is the same.
 """
 
@@ -25,10 +25,11 @@ from math import nan
 from pathlib import Path
 
 from fegear.files.errors import InputError
+from fegear.files.kept import write_verified_files
 from fegear.files.output import make_directory
 from fegear.files.store import Checkpoint, open_checkpoint
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster, NoClusterError, run_tasks
 from validation.study.cases import Case
@@ -50,18 +51,18 @@ from validation.study.other_branches import (
     without_speeds,
 )
 from validation.study.run_files import FILE_NAMES, Run, contents, read_run
-from validation.study.run_store import begin_run, read_or_compute, write_texts
+from validation.study.run_store import read_or_compute
 from validation.study.solving import solve_task
 from validation.study.tasks import FE, FE_FRICTIONLESS, RunSpec, tasks_of
 
 CHECKPOINT = "checkpoint"  # file in the directory of a run
-OFF = "the model is off"
-OF_CURVES = {  # metrics of vibration over speed
+MODEL_IS_OFF = "the model is off"
+CURVE_METRICS = {  # metrics of vibration over speed
     *("rms_distance", "off_jump_distance", "peak_amplitude", "peak_frequency"),
     *("peaks_unmatched", "jump_frequency", "jumps_unmatched", "contact_loss"),
     "peak_force",
 }
-OF_CYCLES = (  # metrics of mesh forces at a single speed
+CYCLE_METRICS = (  # metrics of mesh forces at a single speed
     *("wave_correlation", "wave_phase", "wave_peak_force", "wave_contact_loss"),
 )
 
@@ -118,7 +119,7 @@ def run_case(case: Case, store: Path, report: Progress = silent) -> CaseResult:
     for task in tasks:
         kind = "fe" if task.model is None else task.model.excitation
         kind_excitations = excitations.setdefault(
-            kind, Excitations(StiffnessSource(kind=kind))
+            kind, Excitations(ExcitationSettings(kind=kind))
         )
         runs.append(_read_or_run(task, store, kind_excitations, report))
     return CaseResult(case, tuple(runs), tuple(case_verdicts(case, runs)))
@@ -136,18 +137,16 @@ def make_runs(
     the cluster cannot be used, or its workers have another program.
     """
     missing = {
-        store / task.directory_name: task
+        task.directory(store): task
         for case in cases
         for task in tasks_of(case)
-        if read_run(task, store / task.directory_name, reused=True) is None
+        if read_run(task, task.directory(store), reused=True) is None
     }
     finished: list[Path] = []
 
-    def take(directory: Path, texts: Mapping[str, str]) -> None:
-        task = missing[directory]
-        begin_run(make_directory(directory), task.inputs, FILE_NAMES)
-        write_texts(directory, texts)
-        if read_run(task, directory, reused=False) is None:
+    def take(directory: Path, made: Mapping[str, bytes]) -> None:
+        write_verified_files(directory, made)
+        if read_run(missing[directory], directory, reused=False) is None:
             raise InputError(
                 f"{directory}: made by workers whose program is not the one of here"
             )
@@ -155,7 +154,7 @@ def make_runs(
         report("runs of workers", len(finished), len(missing))
 
     report("runs of workers", 0, len(missing))
-    tasks = [(place, partial(texts_of, task)) for place, task in missing.items()]
+    tasks = [(place, partial(contents_of, task)) for place, task in missing.items()]
     if not tasks:
         return
     try:
@@ -164,10 +163,10 @@ def make_runs(
         raise InputError(str(error)) from None
 
 
-def texts_of(task: RunSpec) -> dict[str, str]:
+def contents_of(task: RunSpec) -> dict[str, bytes]:
     """The files of a run by name, made without a checkpoint."""
     kind = "fe" if task.model is None else task.model.excitation
-    excitations = Excitations(StiffnessSource(kind=kind))
+    excitations = Excitations(ExcitationSettings(kind=kind))
     solution = solve_task(task, None, excitations, silent)
     return contents(task, solution)
 
@@ -186,8 +185,8 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
     """Every metric that the case has a tolerance for, for each model and torque."""
     tolerances = {entry.name: entry for entry in case.metric}
     references = {run.torque: run for run in runs if run.source == FE}
-    judged = {model.name for model in case.model}
-    for run in (run for run in runs if run.source in judged):
+    judged_models = {model.name for model in case.model}
+    for run in (run for run in runs if run.source in judged_models):
         measured = list(measures(references[run.torque], run))
         measured += (
             _friction_measures(case, runs, run) if FRICTION_EFFECT in tolerances else []
@@ -195,8 +194,15 @@ def case_verdicts(case: Case, runs: Sequence[Run]) -> Iterator[Verdict]:
         for where, (name, place, value) in measured:
             if name in tolerances:
                 entry = tolerances[name]
-                at = ", ".join(filter(None, (where, place)))
-                arguments = name, run.source, at, value, entry.allowed, entry.reason
+                full_place = ", ".join(filter(None, (where, place)))
+                arguments = (
+                    name,
+                    run.source,
+                    full_place,
+                    value,
+                    entry.allowed,
+                    entry.reason,
+                )
                 yield with_cause(
                     verdict(*arguments), references[run.torque], run, where
                 )
@@ -215,36 +221,36 @@ def with_cause(
     """
     if metric_verdict.within:
         return metric_verdict
-    if metric_verdict.metric in OF_CYCLES:
+    if metric_verdict.metric in CYCLE_METRICS:
         for fe_cycle, cycle in zip(reference.cycles, run.cycles, strict=True):
             if where == f"{run.torque:g} N m, {cycle.label}, mesh {cycle.mesh}":
                 return replace(metric_verdict, cause=cycle_cause(fe_cycle, cycle))
-    if metric_verdict.metric not in OF_CURVES:
+    if metric_verdict.metric not in CURVE_METRICS:
         return metric_verdict
     for fe_curve, model_curve in zip(reference.curves, run.curves, strict=True):
         if (
             where
             == f"{run.torque:g} N m, {model_curve.direction}, mesh {model_curve.mesh}"
         ):
-            cause_text = cause(
+            cause_of_verdict = cause_of_difference(
                 metric_verdict, (fe_curve, model_curve), reference.curves, run.curves
             )
-            return replace(metric_verdict, cause=cause_text)
+            return replace(metric_verdict, cause=cause_of_verdict)
     return metric_verdict
 
 
 def cycle_cause(reference: ForceCycle, model: ForceCycle) -> str:
     """Why a metric of two motions at one speed is outside, in words."""
     if reference.period_multiple != model.period_multiple:
-        differ = "repeat after different numbers of cycles"
+        difference = "repeat after different numbers of cycles"
     elif (reference.contact_loss > 0.0) != (model.contact_loss > 0.0):
-        differ = "differ in whether contact is lost"
+        difference = "differ in whether contact is lost"
     else:
-        return OFF
-    return f"another branch, perhaps: model and finite elements {differ}"
+        return MODEL_IS_OFF
+    return f"another branch, perhaps: model and finite elements {difference}"
 
 
-def cause(
+def cause_of_difference(
     metric_verdict: Verdict,
     curves: tuple[MeasuredCurve, MeasuredCurve],
     reference: Sequence[MeasuredCurve],
@@ -256,7 +262,7 @@ def cause(
     """
     common, others = speeds_on_other_branches(reference, model, curves[1].direction)
     if not others.size:
-        return OFF
+        return MODEL_IS_OFF
     summary = advice(common, others)
     if others.size > MAX_SHARE * common.size:
         return f"not known: {summary}"
@@ -264,7 +270,7 @@ def cause(
     values = [value for name, _, value in remaining if name == metric_verdict.metric]
     if all(abs(value) <= metric_verdict.allowed for value in values):
         return f"another branch: {summary}"
-    return f"{OFF}; besides, {summary}"
+    return f"{MODEL_IS_OFF}; besides, {summary}"
 
 
 def _friction_measures(
@@ -279,10 +285,14 @@ def _friction_measures(
     names = FE, FE_FRICTIONLESS, model.frictionless.name
     runs_by_source = {run.source: run for run in runs if run.torque == model_run.torque}
     others = (runs_by_source[name].curves for name in names)
-    for fe, fe_plain, plain, model_curve in zip(*others, model_run.curves, strict=True):
+    for fe, fe_without_friction, without_friction, model_curve in zip(
+        *others, model_run.curves, strict=True
+    ):
         curve = f"{model_curve.direction}, mesh {model_curve.mesh}"
         where = f"{model_run.torque:g} N m, {curve}"
-        effect = friction_effect(model_curve, plain) - friction_effect(fe, fe_plain)
+        effect = friction_effect(model_curve, without_friction) - friction_effect(
+            fe, fe_without_friction
+        )
         yield where, (FRICTION_EFFECT, "", effect)
 
 
@@ -307,15 +317,14 @@ def _measures(reference: Run, model_run: Run) -> Iterator[tuple[str, Measured]]:
 def _read_or_run(
     task: RunSpec, store: Path, excitations: Excitations, report: Progress
 ) -> Run:
-    directory = make_directory(store / task.directory_name)
+    directory = make_directory(task.directory(store))
     read = partial(read_run, task, directory)
 
-    def compute(checkpoint: Checkpoint | None = None) -> Mapping[str, str]:
+    def compute(checkpoint: Checkpoint | None = None) -> Mapping[str, bytes]:
         return contents(task, solve_task(task, checkpoint, excitations, report))
 
-    where = directory, task.inputs, FILE_NAMES
     if task.model is not None:  # soon made, at worst by two processes alike
-        return read_or_compute(*where, read, compute)
+        return read_or_compute(directory, FILE_NAMES, read, compute)
     stored = read(reused=True)
     if stored is not None:
         if (directory / CHECKPOINT).exists():
@@ -323,7 +332,9 @@ def _read_or_run(
         return stored
     with _checkpoint(task, directory) as checkpoint:
         # the process that had the checkpoint until now may have made the run
-        return read_or_compute(*where, read, partial(compute, checkpoint))
+        return read_or_compute(
+            directory, FILE_NAMES, read, partial(compute, checkpoint)
+        )
 
 
 @contextmanager

@@ -173,8 +173,8 @@ def solve_task(
         which takes less than a second
     """
     level, begin = memory_level(), time.perf_counter()
-    report(f"{_name(spec)}: statics", 0, 1)
-    system = lumped_system(spec.gear_set, spec.torque, _model(spec), excitations)
+    report(f"{_run_name(spec)}: statics", 0, 1)
+    system = lumped_system(spec.gear_set, spec.torque, _lumped_model(spec), excitations)
     statics = [
         mesh_statics(spec, excitations, m, system)
         for m in range(len(system.excitations))
@@ -182,7 +182,7 @@ def solve_task(
     if not spec.speeds:
         cost = Cost(prepare_s=time.perf_counter() - begin)
         return RunResult(system, statics, (), (), _with_memory(cost, level))
-    report(f"{_name(spec)}: preparation", 0, 1)
+    report(f"{_run_name(spec)}: preparation", 0, 1)
     integrator = Integrator(*_stepper(spec, system, excitations), checkpoint)
     ready = time.perf_counter()
     branches, cycles, integrated = _integrate(spec, integrator, report)
@@ -219,7 +219,7 @@ def _with_memory(cost: Cost, level: MemoryLevel) -> Cost:
     return replace(cost, memory_MB=peak, memory_above_start_MB=above)
 
 
-def _model(spec: RunSpec) -> LumpedModel:
+def _lumped_model(spec: RunSpec) -> LumpedModel:
     """Lumped model of the task; Model-1 for finite elements."""
     return LumpedModel(
         number=1 if spec.model is None else spec.model.number,
@@ -232,7 +232,7 @@ def _model(spec: RunSpec) -> LumpedModel:
     )
 
 
-def _name(spec: RunSpec) -> str:
+def _run_name(spec: RunSpec) -> str:
     return f"{spec.source} {spec.torque:g} N m"
 
 
@@ -259,7 +259,7 @@ def _integrate(
     """Sweeps, forces at single speeds, and speeds that no checkpoint held."""
     case = spec.case
     total = len(case.directions) * len(case.speeds)
-    progress = integrator.progress(report, _name(spec), total, case.directions)
+    progress = integrator.progress(report, _run_name(spec), total, case.directions)
     branches = [
         integrator.sweep(case.speeds, direction, direction, progress)
         for direction in case.directions
@@ -267,7 +267,7 @@ def _integrate(
     ]
     cycles, integrated = [], progress.integrated
     for number, single in enumerate(spec.single_speeds, start=1):
-        name, stage = f"wave-{number}", f"{_name(spec)}, wave {number}"
+        name, stage = f"wave-{number}", f"{_run_name(spec)}, wave {number}"
         progress = integrator.progress(report, stage, len(approach(single)), [name])
         cycles += _cycles_at(single, integrator, name, progress)
         integrated += progress.integrated

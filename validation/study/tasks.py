@@ -5,22 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import chain
+from pathlib import Path
 from typing import get_args
 
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.stepper import DynamicSettings
-from fegear.files.array_files import digest
+from fegear.files.kept import directory_of_inputs
 from fegear.files.version import package_version
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.model_settings import shares_a_gear
 from lumped.steady.integration_settings import Settings
 from validation.study.cases import Case, Model, Part, SingleSpeed
 from validation.study.metrics import FE, FE_FRICTIONLESS, FRICTION_EFFECT
 from validation.study.sources import digest_of
 
-FORMAT = "fegear validation run 4"  # of the files and of their content
+FORMAT = "fegear validation run 5"  # of the files and of their content
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +82,7 @@ class RunSpec:
         if model is None:
             settings = repr((self.elements, DynamicSettings()))
             return common | {"source": FE, "settings": settings}
-        source = StiffnessSource(kind=model.excitation)
+        source = ExcitationSettings(kind=model.excitation)
         lumped_inputs = {"model": repr(model.number), "excitation": repr(source)}
         lumped_inputs |= {"without": ", ".join(model.without)} if model.without else {}
         lumped_inputs |= {"friction": repr((self.friction, model.bending))}
@@ -93,9 +94,9 @@ class RunSpec:
     def elements(self) -> FiniteElements:
         return FiniteElements(fidelity=self.case.fidelity, friction=self.friction)
 
-    @property
-    def directory_name(self) -> str:
-        return f"{self.source}-{self.torque:g}Nm-{digest(self.inputs)[:16]}"
+    def directory(self, store: Path) -> Path:
+        label = f"{self.source}-{self.torque:g}Nm"
+        return directory_of_inputs(store, label, self.inputs)
 
 
 def tasks_of(case: Case) -> Iterator[RunSpec]:

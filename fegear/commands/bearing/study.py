@@ -82,10 +82,12 @@ class BearingLoad(
     @property
     def alone(self) -> NamedBearing | None:
         """The bearing of a bearing file, None where there is a gear set."""
-        of = self.gear_set
-        if of.preloaded is not None:
+        reference = self.gear_set
+        if reference.preloaded is not None:
             return None
-        return bearing_of(load_tables(of.name, {}), of.overrides, of.name)
+        return bearing_of(
+            load_tables(reference.name, {}), reference.overrides, reference.name
+        )
 
     @property
     def announcements(self) -> Iterable[str]:
@@ -139,23 +141,24 @@ class BearingLoad(
             along_x, along_y = bearing_loads(train_of(gears, torque, True))[index]
             load = math.hypot(along_x, along_y)
             direction = math.atan2(along_y, along_x)
-        of = {"gear_set": gears.name, "gear": gears.gears[index].name}
-        return solve_bearing(self, of, bearing, load, direction)
+        names_of_bearing = {"gear_set": gears.name, "gear": gears.gears[index].name}
+        return solve_bearing(self, names_of_bearing, bearing, load, direction)
 
 
 def solve_bearing(
     study: BearingLoad,
-    of: dict[str, str],
+    names_of_bearing: dict[str, str],
     bearing: RollingBearing,
     load: float,
     direction: float,
 ) -> BearingLoadResult:
     """Load distribution with an element under the load, and figures over the load.
 
-    of : what the bearing is of, or its name, for the summary; the last names it
+    names_of_bearing : what the bearing is of, or its name, for the summary; the last
+        names it
     load : radial [N]; direction : of it, counter-clockwise from x [rad]
     """
-    name = [*of.values()][-1]
+    name = [*names_of_bearing.values()][-1]
     force = load * math.cos(direction), load * math.sin(direction)
     state = load_distribution(bearing, force, cage_angle=direction)
     loads = load * np.logspace(-LOAD_DECADES, LOAD_DECADES, LOADS)
@@ -163,7 +166,7 @@ def solve_bearing(
     support = mean_support(bearing, load)
     pressures = bearing.pressures(support.max_load)
     summary = {
-        **of,
+        **names_of_bearing,
         "kind": f"{bearing.noun} bearing",
         f"{bearing.noun}s": bearing.elements,
         "load_N": load,
@@ -195,11 +198,16 @@ def solve_bearing(
         },
         over_load={
             "load_N": loads,
-            "displacement_um": 1e6 * np.array([s.displacement for s in supports]),
-            "stiffness_N_per_m": np.array([s.along for s in supports]),
-            "transverse_stiffness_N_per_m": np.array([s.across for s in supports]),
-            "stiffness_variation": np.array([s.variation for s in supports]),
-            "max_element_load_N": np.array([s.max_load for s in supports]),
+            "displacement_um": 1e6
+            * np.array([support.displacement for support in supports]),
+            "stiffness_N_per_m": np.array([support.along for support in supports]),
+            "transverse_stiffness_N_per_m": np.array(
+                [support.across for support in supports]
+            ),
+            "stiffness_variation": np.array(
+                [support.variation for support in supports]
+            ),
+            "max_element_load_N": np.array([support.max_load for support in supports]),
         },
     )
 
@@ -239,7 +247,7 @@ class BearingLoadResult(StudyResult):
         }
 
     @property
-    def _name(self) -> str:
+    def _title_name(self) -> str:
         """Name of the bearing alone, or of its gear."""
         name: str = self.summary.get("bearing") or self.summary["gear"]
         return name
@@ -262,14 +270,14 @@ class BearingLoadResult(StudyResult):
 
     def _draw(self) -> Any:
         values = self.summary
-        title = f"{self._name}: {values['kind']} under {values['load_N']:.5g} N"
+        title = f"{self._title_name}: {values['kind']} under {values['load_N']:.5g} N"
         return draw_bearing(self.distribution, self.over_load, values["load_N"], title)
 
     def page(self) -> Page:
         v = self.summary
-        of = f" of {v['gear_set']}" if "gear_set" in v else ""
+        set_text = f" of {v['gear_set']}" if "gear_set" in v else ""
         yield (
-            f"{self._name}{of}: {v['kind']} under {v['load_N']:.5g} N, "
+            f"{self._title_name}{set_text}: {v['kind']} under {v['load_N']:.5g} N, "
             f"{v['contact_stiffness_N_per_m_n']:.4g} N/m^n with n = {v['exponent']:.4g}"
         )
         yield (
@@ -285,12 +293,12 @@ class BearingLoadResult(StudyResult):
         )
         yield (
             "over the rotation of the shaft: cage "
-            f"{v['cage_over_shaft']:.5g}, ball pass {_passes(v)}, "
+            f"{v['cage_over_shaft']:.5g}, ball pass {_ball_pass_text(v)}, "
             f"spin {v['element_spin_over_shaft']:.5g}"
         )
 
 
-def _passes(values: dict[str, Any]) -> str:
+def _ball_pass_text(values: dict[str, Any]) -> str:
     outer = values["ball_pass_frequency_over_shaft"]
     inner = values["inner_ball_pass_frequency_over_shaft"]
     return f"{outer:.6g} of the outer race, {inner:.6g} of the inner race"

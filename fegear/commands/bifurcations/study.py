@@ -118,15 +118,15 @@ class Bifurcations(
         fixed = next((n for n in ("at", "rpm") if getattr(self, n) is not None), "")
         if not self.over_speed:
             if not fixed:
-                needed = f"needs a mesh frequency, {display_name(self, 'at')} HZ"
-                raise InputError(f"{over} {axis.name}; {needed}")
+                speed_needed = f"needs a mesh frequency, {display_name(self, 'at')} HZ"
+                raise InputError(f"{over} {axis.name}; {speed_needed}")
         elif fixed:
             why = f"{over} {axis.name} replaces it, leave it out"
             raise refusal(self, fixed, why)
         for value in axis.values if self.over_speed else ():
             if value not in SPEEDS[axis.name]:
                 where = f"{over} {axis.name} = {value:g}"
-                raise InputError(f"{where}; allowed {SPEEDS[axis.name]}")
+                raise InputError(f"{where}; must be {SPEEDS[axis.name]}")
 
     @property
     def over_speed(self) -> bool:
@@ -138,7 +138,7 @@ class Bifurcations(
         return () if self.over_speed else (self.over,)
 
     @property
-    def at_speeds(self) -> tuple[float, ...]:
+    def fixed_mesh_frequencies(self) -> tuple[float, ...]:
         return self.over.values if self.at is None else (self.at,)
 
     @property
@@ -197,15 +197,15 @@ class BifurcationsProblem(ParametricProblem):
 
     def tasks(self) -> Iterator[Task]:
         study, values = self.study, self.study.over.values
-        self._require_few()
+        self._require_storable_size()
         require_method(self.model, study.integration, self.gears)
         for value in (min(values), max(values)):
             self.system_at(value)  # so that limits that cannot be are named at once
         for direction in study.directions:
-            work = partial(self._swept, direction)
+            work = partial(self._follow_attractors, direction)
             yield Task(direction, work, len(values))
 
-    def _require_few(self) -> None:
+    def _require_storable_size(self) -> None:
         """Raise InputError for more than a table should hold."""
         study = self.study
         count, sections = len(study.over.values), study.sections.sections
@@ -218,7 +218,7 @@ class BifurcationsProblem(ParametricProblem):
                 f"{rows} rows, allowed are {MAX_ROWS}"
             )
 
-    def _swept(self, direction: Direction, job: Job) -> AttractorBranch:
+    def _follow_attractors(self, direction: Direction, job: Job) -> AttractorBranch:
         study, values = self.study, self.study.over.values
         return sweep_attractors(
             *(values, self.system_at, direction),
@@ -245,8 +245,8 @@ class BifurcationsProblem(ParametricProblem):
         header = self.header(integration_in_words(study.settling, coupled))
         if study.at is not None:
             header["speed_Hz"] = format_exact(study.at)
-        if TORQUE not in study.names:
-            header["torque_Nm"] = format_exact(self.load)
+        if TORQUE not in study.axis_names:
+            header["torque_Nm"] = format_exact(self.reference_torque)
         header["largest period multiple searched"] = f"up to {study.period_multiple}"
         sections = f"{study.sections.sections} where a motion does not repeat"
         header["sections"] = sections
@@ -258,8 +258,10 @@ class BifurcationsProblem(ParametricProblem):
 
     def _warnings(self, branches: Sequence[AttractorBranch]) -> Iterator[str]:
         """Warn where body modes matter or the largest deflections are not physical."""
-        last, _ = self.system_at(max(self.study.over.values))
-        yield from body_modes_warnings(last, self.study.at_speeds)
+        last_deflections, _ = self.system_at(max(self.study.over.values))
+        yield from body_modes_warnings(
+            last_deflections, self.study.fixed_mesh_frequencies
+        )
         deflections = [
             attractor.deflection
             for branch in branches

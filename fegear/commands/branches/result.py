@@ -17,17 +17,16 @@ from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from fegear.studies.trains.train_problem import TrainFacts
-from lumped.branches.branch_settings import PeriodicBranch
 from lumped.branches.cascades import Cascade
 from lumped.branches.motions import SpeedFamily
-from lumped.branches.points import BranchPoint
+from lumped.branches.points import BranchPoint, PeriodicBranch
 from lumped.figures.branches import draw_branches
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SCHEME = "harmonic balance"
-STEPPED = "fixed points of the map over a period"
+BALANCE_SCHEME = "harmonic balance"
+INTEGRATION_SCHEME = "fixed points of the map over a period"
 
 COLUMNS = (
     *(MESH_FREQUENCY, "mesh", "dte_rms_m", "dte_peak_m"),
@@ -65,13 +64,13 @@ class BranchesResult(StudyResult):
         return not self.branches
 
     @property
-    def _over_speed(self) -> bool:
+    def _is_over_speed(self) -> bool:
         return self.study.over is None
 
     @property
     def table(self) -> Table:
         """A row for each point and mesh."""
-        over = () if self._over_speed else (self.study.parameter,)
+        over = () if self._is_over_speed else (self.study.parameter,)
         names = "branch", "index", *over, *COLUMNS
         legend = meanings("branches", *LEGEND)
         table = Table(names, self._rows, {**self.facts.header, **legend})
@@ -80,8 +79,8 @@ class BranchesResult(StudyResult):
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         for place, branch in enumerate(self.branches, start=1):
             for index, point in enumerate(branch.points, start=1):
-                over = () if self._over_speed else (point.best_parameter,)
-                speed = point.best_parameter if self._over_speed else point.frequency
+                over = () if self._is_over_speed else (point.best_parameter,)
+                speed = point.best_parameter if self._is_over_speed else point.frequency
                 for m in range(point.figures["dte_rms"].size):
                     sizes = (
                         float(point.figures[n][m]) for n in ("dte_rms", "dte_peak")
@@ -105,29 +104,30 @@ class BranchesResult(StudyResult):
                 for branch in self.branches
             ],
             "cascades": [
-                _cascade_values(cascade, self._over_speed) for cascade in self.cascades
+                _cascade_values(cascade, self._is_over_speed)
+                for cascade in self.cascades
             ],
             "warnings": list(self.facts.warnings),
         }
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": self._diagram}
+        return {"plot": self._draw_diagram}
 
-    def _diagram(self) -> Figure:
-        label = SpeedFamily.label if self._over_speed else self.study.parameter
+    def _draw_diagram(self) -> Figure:
+        label = SpeedFamily.label if self._is_over_speed else self.study.parameter
         return draw_branches(self.branches, label, self.facts.title)
 
     def page(self) -> Page:
         values = self.summary
         yield from self.facts.notes
         yield self.facts.title
-        over_speed = self._over_speed
+        over_speed = self._is_over_speed
         name, unit = ("frequency_Hz", " Hz") if over_speed else ("value", "")
         ends = ("from_Hz", "to_Hz") if over_speed else ("from", "to")
         for place, branch in enumerate(values["branches"], start=1):
             repeats = pluralize(branch["period_multiple"], "period")
-            largest = _micrometres(branch["largest_dte_rms_m"])
+            largest = _micrometres_text(branch["largest_dte_rms_m"])
             error = branch["relative_error_of_rms"]
             finer = "more harmonics" if values["harmonics"] else "finer steps"
             checked = f", which shooting does not confirm: {finer} may be needed"
@@ -146,17 +146,18 @@ class BranchesResult(StudyResult):
                 f"  begins {branch['origin']}; ends: {branch['end']}"
             )
             for bifurcation in branch["bifurcations"]:
-                levels = _micrometres(bifurcation["dte_rms_m"])
-                at = f"{_place(bifurcation[name], bifurcation['located_by']):>10}{unit}"
+                levels = _micrometres_text(bifurcation["dte_rms_m"])
+                place_text = _place_text(bifurcation[name], bifurcation["located_by"])
+                at = f"{place_text:>10}{unit}"
                 yield f"  {at}  {bifurcation['kind']:<15} RMS {levels} um"
         for cascade in self.cascades:
             rows = _cascade_rows(cascade)
             title = "period doublings, from branch to branch"
-            yield RowTable(rows, CASCADE, title, ("period multiple",))
+            yield RowTable(rows, CASCADE_COLUMNS, title, ("period multiple",))
             yield f"they end near {cascade.limit:#.7g}{unit}"
 
 
-CASCADE: Columns = {
+CASCADE_COLUMNS: Columns = {
     "period multiple": lambda row: f"{row['multiple']} to {2 * row['multiple']}",
     "at": lambda row: f"{row['at']:#.7g}",
     "ratio": lambda row: "" if row["ratio"] is None else f"{row['ratio']:.3g}",
@@ -180,16 +181,18 @@ def _cascade_values(cascade: Cascade, over_speed: bool) -> dict[str, Any]:
     }
 
 
-def _place(value: float, located_by: str) -> str:
+def _place_text(value: float, located_by: str) -> str:
     """A parameter in as many digits as it is right to."""
     return f"{value:#.6g}" if located_by == "shooting" else f"~{value:.4g}"
 
 
-def _micrometres(lengths: list[float]) -> str:
+def _micrometres_text(lengths: list[float]) -> str:
     return ", ".join(number(1e6 * length, 4) for length in lengths)
 
 
-def _branch_values(branch: PeriodicBranch, over: str, stepped: bool) -> dict[str, Any]:
+def _branch_values(
+    branch: PeriodicBranch, over: str, is_integrated: bool
+) -> dict[str, Any]:
     values = [point.parameter for point in branch.points]
     levels = np.array([point.figures["dte_rms"] for point in branch.points])
     low, high = ("from_Hz", "to_Hz") if over == MESH_FREQUENCY else ("from", "to")
@@ -205,15 +208,18 @@ def _branch_values(branch: PeriodicBranch, over: str, stepped: bool) -> dict[str
         "end": branch.reason,
         "closed": branch.closed,
         "bifurcations": [
-            _bifurcation(point, over, stepped) for point in branch.bifurcations
+            _bifurcation_entry(point, over, is_integrated)
+            for point in branch.bifurcations
         ],
     }
 
 
-def _bifurcation(point: BranchPoint, over: str, stepped: bool) -> dict[str, Any]:
+def _bifurcation_entry(
+    point: BranchPoint, over: str, is_integrated: bool
+) -> dict[str, Any]:
     rms = point.figures["dte_rms"].tolist()
     name = "frequency_Hz" if over == MESH_FREQUENCY else "value"
-    by = STEPPED if stepped else SCHEME
-    by = by if isnan(point.refined_parameter) else "shooting"
-    place = {name: point.best_parameter, "located_by": by}
+    location_method = INTEGRATION_SCHEME if is_integrated else BALANCE_SCHEME
+    location_method = location_method if isnan(point.refined_parameter) else "shooting"
+    place = {name: point.best_parameter, "located_by": location_method}
     return {"kind": point.kind, **place, "dte_rms_m": rms}

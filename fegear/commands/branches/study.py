@@ -8,7 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from fegear.commands.branches.result import SCHEME, STEPPED, BranchesResult
+from fegear.commands.branches.result import (
+    BALANCE_SCHEME,
+    INTEGRATION_SCHEME,
+    BranchesResult,
+)
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.statics.plausibility import motion_warnings
@@ -32,7 +36,7 @@ from fegear.studies.trains.loads import torque_setting
 from fegear.studies.trains.model_texts import body_modes_warnings, natural_in_words
 from fegear.studies.trains.models import (
     ALL_MODELS,
-    SOURCE,
+    EXCITATION,
     lumped_model,
     tables_setting,
 )
@@ -45,10 +49,11 @@ from fegear.studies.trains.speeds import (
 )
 from fegear.train.model_settings import LumpedModel
 from fegear.train.resonances import natural_frequencies
-from lumped.branches.branch_settings import BranchSettings, PeriodicBranch
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.cascades import find_cascades
 from lumped.branches.motions import Family, ParameterFamily, SpeedFamily
 from lumped.branches.periodic import BranchFinder
+from lumped.branches.points import PeriodicBranch
 from lumped.common.checks import require_present
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range
@@ -59,9 +64,9 @@ from lumped.train.system import LumpedSystem
 SPEEDS = Range(0.1, 1e6, "Hz")
 
 
-POINTS = 300.0  # of branches by mesh, about, as long as settled motions
+POINTS_HELP = 300.0  # of branches by mesh, about, as long as settled motions
 SHOT = "shooting integrates motions with true contact"
-FINDING = SettingsGroup(
+FINDER_HELP = SettingsGroup(
     kind=BranchSettings,
     exposed=expose("harmonics", "period_multiple", "solver", "sweep_points", "starts"),
 )
@@ -118,8 +123,8 @@ class Branches(
         Range(0.01, 1e6, "per um"),
         metavar="PER_UM",
     )
-    finding: BranchSettings = group(FINDING)
-    model: LumpedModel = lumped_model(ALL_MODELS | {"stiffness": SOURCE})
+    finding: BranchSettings = group(FINDER_HELP)
+    model: LumpedModel = lumped_model(ALL_MODELS | {"excitation": EXCITATION})
     table: tuple[str, ...] = tables_setting()
 
     def __post_init__(self) -> None:
@@ -166,14 +171,17 @@ class Branches(
         model = f"{display_name(self, 'number')} coupled"
         if is_coupled and self.finding.solver != BranchSettings().solver:
             raise refusal(
-                self.finding, "solver", f"motions of {model} are integrated", FINDING
+                self.finding,
+                "solver",
+                f"motions of {model} are integrated",
+                FINDER_HELP,
             )
         if self.steepness is not None:
             reason = f"contact of {model} is smooth" if is_coupled else SHOT
             raise refusal(self, "steepness", reason)
         if self.finding.harmonics != BranchSettings().harmonics:
             reason = f"motions of {model} are integrated" if is_coupled else SHOT
-            raise refusal(self.finding, "harmonics", reason, FINDING)
+            raise refusal(self.finding, "harmonics", reason, FINDER_HELP)
 
     @property
     def is_shooting(self) -> bool:
@@ -181,7 +189,7 @@ class Branches(
         return self.finding.solver == "shooting"
 
     @property
-    def need_of_model_1(self) -> str:
+    def reason_for_model_1(self) -> str:
         if self.steepness is not None:
             return "the coupled model has no contact function that could be smoothed"
         defaults = BranchSettings()
@@ -189,14 +197,14 @@ class Branches(
             return "motions of the coupled model are integrated by its own method"
         if self.finding.harmonics != defaults.harmonics:
             return "the coupled model has no harmonic balance"
-        return super().need_of_model_1
+        return super().reason_for_model_1
 
     @property
     def axes(self) -> tuple[Axis, ...]:
         return () if self.over is None else (self.over,)
 
     @property
-    def at_speeds(self) -> tuple[float, ...]:
+    def fixed_mesh_frequencies(self) -> tuple[float, ...]:
         return self.speeds or (() if self.at is None else (self.at,))
 
     @property
@@ -238,7 +246,11 @@ class BranchesProblem(ParametricProblem):
     @property
     def first_torque(self) -> float:
         """Torque on the input gear at the first value of the parameter [N m]."""
-        return self.study.ends[0] if TORQUE in self.study.names else self.load
+        return (
+            self.study.ends[0]
+            if TORQUE in self.study.axis_names
+            else self.reference_torque
+        )
 
     @property
     def is_integrated(self) -> bool:
@@ -254,23 +266,25 @@ class BranchesProblem(ParametricProblem):
 
     @property
     def motions(self) -> float:
-        return POINTS * len(self.gears.meshes)
+        return POINTS_HELP * len(self.gears.meshes)
 
     @property
     def set_ups(self) -> int:
         return 1 if self.study.over is None else int(self.motions)
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("branches", self._followed)
+        yield Task("branches", self._follow_branches)
 
-    def _followed(self, job: Job) -> BranchesResult:
+    def _follow_branches(self, job: Job) -> BranchesResult:
         """Follow branches; Ctrl-C leaves those that were finished."""
         low, high = self.study.ends
 
         def watch(place: int, value: float) -> None:
-            done = round(100.0 * (value - low) / (high - low))
+            finished_branches = round(100.0 * (value - low) / (high - low))
             job.report(
-                f"branch {place + 1}, {finder.family.label_of(value)}", done, 100
+                f"branch {place + 1}, {finder.family.label_of(value)}",
+                finished_branches,
+                100,
             )
 
         finder = BranchFinder(
@@ -291,19 +305,19 @@ class BranchesProblem(ParametricProblem):
         self, branches: Sequence[PeriodicBranch], complete: bool
     ) -> BranchesResult:
         study, is_integrated = self.study, self.is_integrated
-        header = self.header(STEPPED if is_integrated else SCHEME)
+        header = self.header(INTEGRATION_SCHEME if is_integrated else BALANCE_SCHEME)
         if study.at is not None:
             header["speed_Hz"] = format_exact(study.at)
-        if TORQUE not in study.names:
-            header["torque_Nm"] = format_exact(self.load)
+        if TORQUE not in study.axis_names:
+            header["torque_Nm"] = format_exact(self.reference_torque)
         if not is_integrated:
             header["harmonics"] = str(study.numerics.harmonics)
         if study.numerics.steepness is not None:
             steepness = format_exact(study.numerics.steepness)
             header["contact"] = f"closes by tanh, {steepness} per m"
         if not complete:
-            done = f"{len(branches)} branches before it was interrupted"
-            header["incomplete"] = done
+            finished_branches = f"{len(branches)} branches before it was interrupted"
+            header["incomplete"] = finished_branches
         warnings = self._warnings(branches)
         return BranchesResult(
             study,

@@ -171,9 +171,9 @@ class CampbellResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": self._diagram}
+        return {"plot": self._draw_diagram}
 
-    def _diagram(self) -> Figure:
+    def _draw_diagram(self) -> Figure:
         points = [(one.driver_speed_rpm, one.frequency_Hz) for one in self.critical]
         spans = [(part.from_rpm, part.to_rpm) for part in self.unstable]
         title = f"{self.gear_set}: Campbell diagram"
@@ -209,14 +209,14 @@ class CampbellResult(StudyResult):
             yield "no vibration grows at any of the speeds"
 
 
-def _at_end(row: Any) -> str:
+def _end_text(row: Any) -> str:
     value = row["at_max_rpm_Hz"]
     return "" if value is None else number(value, 5)
 
 
 MODE_COLUMNS: Columns = {
     "at rest\n[Hz]": cell("at_rest_Hz", 5),
-    "at highest\nspeed [Hz]": _at_end,
+    "at highest\nspeed [Hz]": _end_text,
     "kind": lambda row: row["kind"],
     "energy in\nmeshes [%]": cell("mesh_energy_fraction", 3, 100.0),
 }

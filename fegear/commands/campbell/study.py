@@ -24,7 +24,7 @@ from fegear.files.output import TO_TABLE
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import group, setting
 from fegear.studies.study import PLOT, Study
@@ -87,7 +87,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         "Mean mesh stiffness. given: mean_stiffness_N_per_m of the gear set, or "
         "finite elements where it is missing; fe: by finite elements at the torque.",
     )
-    source: StiffnessSource = group(FE_SETTINGS)
+    excitation: ExcitationSettings = group(FE_SETTINGS)
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -104,8 +104,10 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
 
     def _solve(self, gears: GearSet, load: float | None, job: Job) -> CampbellResult:
         rotor_system(gears, [1.0] * len(gears.meshes), self.elements)  # refused early
-        use_given = self.stiffness == "given"
-        meshes = mean_stiffnesses(gears, load or 0.0, self.source, use_given)
+        has_given_stiffness = self.stiffness == "given"
+        meshes = mean_stiffnesses(
+            gears, load or 0.0, self.excitation, has_given_stiffness
+        )
         system = rotor_system(gears, [k for k, _ in meshes], self.elements)
         problem = WhirlProblem(assemble(system))
         rpm = np.linspace(0.0, self.max_rpm or default_rpm(problem), self.points)
@@ -124,7 +126,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             load,
             tuple(_stiffness_entry(m, *mesh) for m, mesh in enumerate(meshes, 1)),
             tuple(map(_shaft_entry, system.rotors)),
-            _curves(diagram, rpm),
+            _campbell_curves(diagram, rpm),
             lines,
             tuple(_critical_entries(problem, diagram, lines, system)),
             tuple(
@@ -179,7 +181,7 @@ def discretisation_error(system: RotorSystem, diagram: Campbell) -> float:
     return float(max(nearest, default=math.nan))
 
 
-def _curves(diagram: Campbell, rpm: Array) -> CampbellCurves:
+def _campbell_curves(diagram: Campbell, rpm: Array) -> CampbellCurves:
     return CampbellCurves(
         rpm=rpm,
         frequency_Hz=diagram.frequency_Hz,

@@ -63,49 +63,49 @@ def load_gearbox(name_or_path: str) -> NamedGearbox:
     names = gearbox_names()
     folder = Path(".")
     if name_or_path in names:
-        text = (_folder() / f"{name_or_path}.toml").read_text("utf-8")
+        text = (_gearbox_folder() / f"{name_or_path}.toml").read_text("utf-8")
     else:
         path = path_of(name_or_path, "gearbox", names)
         text, folder = read_text(path), path.parent
     try:
-        return _named(text, folder)
+        return _named_gearbox(text, folder)
     except (InputError, TableError, ValueError) as error:
         raise InputError(f"{name_or_path}: {error}") from None
 
 
 def gearbox_names() -> list[str]:
     """Names of the gearboxes that come with the program, sorted."""
-    files = (Path(item.name) for item in _folder().iterdir())
+    files = (Path(item.name) for item in _gearbox_folder().iterdir())
     return sorted(file.stem for file in files if file.suffix == ".toml")
 
 
-def _folder() -> Traversable:
+def _gearbox_folder() -> Traversable:
     return resources.files("fegear.commands.clatter") / "gearboxes"
 
 
-def _named(text: str, folder: Path) -> NamedGearbox:
+def _named_gearbox(text: str, folder: Path) -> NamedGearbox:
     tables = parsed_toml(text)
     require_kind(tables, "gearbox")
     try:
         file = GearboxFile.model_validate(tables)
     except ValidationError as error:
         raise InputError(first_problem(error, tables, GearboxFile)) from None
-    excitation, recorded = _excitation(file.excitation, folder)
+    excitation, recorded_speed = _excitation_of_keys(file.excitation, folder)
     for keys in file.wheel:
         keys.require_slow_fading(excitation.shortest)
-    wheels = tuple(_wheel(keys) for keys in file.wheel)
+    wheels = tuple(_wheel_of_keys(keys) for keys in file.wheel)
     return NamedGearbox(
         *(file.name, file.description, file.inferences),
         Gearbox(excitation, wheels),
-        text + recorded,
+        text + recorded_speed,
     )
 
 
-def _excitation(keys: ExcitationKeys, folder: Path) -> tuple[Excitation, str]:
+def _excitation_of_keys(keys: ExcitationKeys, folder: Path) -> tuple[Excitation, str]:
     """And the text of its speed file."""
     if keys.speed_file is not None:
         radius = 1e-3 * (keys.base_radius_mm or 0.0)
-        return _recorded(folder / keys.speed_file, radius)
+        return _recorded_speed(folder / keys.speed_file, radius)
     sizes = keys.amplitudes_mm or (keys.amplitude_mm or 0.0,)
     phases = keys.phases_deg or (0.0,) * len(sizes)
     if len(phases) != len(sizes):
@@ -118,7 +118,7 @@ def _excitation(keys: ExcitationKeys, folder: Path) -> tuple[Excitation, str]:
     return Harmonics(1.0 / (keys.frequency_Hz or 1.0), waves, angles), ""
 
 
-def _recorded(path: Path, radius: float) -> tuple[SpeedSignal, str]:
+def _recorded_speed(path: Path, radius: float) -> tuple[SpeedSignal, str]:
     text = read_text(path)
     table = parse_csv(text, str(path))
     units = {"speed_rpm": RAD_PER_S_PER_RPM, "speed_rad_per_s": 1.0}
@@ -143,7 +143,7 @@ def _recorded(path: Path, radius: float) -> tuple[SpeedSignal, str]:
         raise InputError(f"{path}: {error}") from None
 
 
-def _wheel(keys: WheelKeys) -> LooseWheel:
+def _wheel_of_keys(keys: WheelKeys) -> LooseWheel:
     return LooseWheel(
         name=keys.name,
         inertia=keys.inertia_kg_m2,
@@ -155,16 +155,16 @@ def _wheel(keys: WheelKeys) -> LooseWheel:
             drag=keys.drag_Nm,
             damping=keys.damping_Nms_per_rad,
         ),
-        variation=_variation(keys),
-        axial=_shift(keys, "axial"),
-        radial=_shift(keys, "radial"),
+        variation=_play_variation(keys),
+        axial=_freedom_of_side(keys, "axial"),
+        radial=_freedom_of_side(keys, "radial"),
         helix_angle=math.radians(keys.helix_angle_deg),
         ratio=keys.ratio,
         driver=keys.driver,
     )
 
 
-def _variation(keys: WheelKeys) -> Variation | None:
+def _play_variation(keys: WheelKeys) -> Variation | None:
     if not keys.tooth_play_amplitude_mm:
         return None
     phase = math.radians(keys.tooth_play_phase_deg or 0.0)
@@ -172,7 +172,7 @@ def _variation(keys: WheelKeys) -> Variation | None:
     return Variation(size, keys.tooth_play_order or 1, phase)
 
 
-def _shift(keys: WheelKeys, side: str) -> Freedom | None:
+def _freedom_of_side(keys: WheelKeys, side: str) -> Freedom | None:
     play = getattr(keys, f"{side}_play_mm")
     if play is None:
         return None

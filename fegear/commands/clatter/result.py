@@ -21,7 +21,7 @@ from lumped.clatter.chaos import correlation_dimension
 from lumped.clatter.gearbox import LooseWheel
 from lumped.clatter.group_runs import GroupRun, is_superstable
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.noise_levels import noise_of
+from lumped.clatter.impact_runs import noise_of
 from lumped.common.csv_text import format_exact
 from lumped.figures.clatter import draw_attractor, draw_motion
 
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-SHOWN = 12  # periods of a plot of the motion
+SHOWN_PERIODS = 12  # periods of a plot of the motion
 
-RESTS = ", where it rests on an edge: the map ends there"
+REST_WORDS = ", where it rests on an edge: the map ends there"
 
-KEYS = (  # of a play in the summary: what of its noise
+NOISE_KEYS = (  # of a play in the summary: what of its noise
     ("impacts", "impacts"),
     ("noise_m2_per_s3", "level"),
     ("lost_power_W", "power"),
@@ -59,7 +59,9 @@ class ClatterResult(StudyResult):
             **self.named.heading,
             "map": self.study.kind,
             "wheels": [
-                self._wheel(r, wheel) for r in self.runs for wheel in r.group.wheels
+                self._wheel_values(r, wheel)
+                for r in self.runs
+                for wheel in r.group.wheels
             ],
             "warnings": list(self._warnings()),
         }
@@ -71,22 +73,22 @@ class ClatterResult(StudyResult):
                 yield with_code(
                     "W21",
                     f"wheel {run.name}: ends after {run.seconds:.6g} s and "
-                    f"{len(run.impacts)} impacts{RESTS if rests else ''}",
+                    f"{len(run.impacts)} impacts{REST_WORDS if rests else ''}",
                 )
 
-    def _wheel(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
+    def _wheel_values(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
         noise = noise_of(run.group, run.impacts, run.seconds)
         plays = [
             {"play": play_noise.play}
-            | {key: getattr(play_noise, name) for key, name in KEYS}
+            | {key: getattr(play_noise, name) for key, name in NOISE_KEYS}
             for play_noise in noise
             if play_noise.wheel == wheel.name
         ]
         values = {"name": wheel.name, "seconds": run.seconds, "plays": plays}
-        values |= {key: sum(play[key] for play in plays) for key, _ in KEYS[:3]}
-        return values | (self._chaos(run, wheel) if self.study.chaos else {})
+        values |= {key: sum(play[key] for play in plays) for key, _ in NOISE_KEYS[:3]}
+        return values | (self._chaos_values(run, wheel) if self.study.chaos else {})
 
-    def _chaos(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
+    def _chaos_values(self, run: GroupRun, wheel: LooseWheel) -> dict[str, Any]:
         unit, exponent = run.exponent(self.study.kind)
         phase, speed, _ = run.teeth(wheel)
         dimension = error = math.nan
@@ -116,7 +118,7 @@ class ClatterResult(StudyResult):
         return Table(names, self._rows, header)
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
-        return heapq.merge(*map(_rows_of, self.runs), key=lambda row: row[0])
+        return heapq.merge(*map(_rows_of_run, self.runs), key=lambda row: row[0])
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -124,13 +126,13 @@ class ClatterResult(StudyResult):
         run = next(run for run in self.runs if wheel in run.group.wheels)
         title = f"{self.named.name}: {wheel.name}"
         return {
-            "plot": partial(self._motion, run.group),
+            "plot": partial(self._draw_motion, run.group),
             "attractor": partial(draw_attractor, *run.teeth(wheel), title),
         }
 
-    def _motion(self, group: WheelGroup) -> Figure:
+    def _draw_motion(self, group: WheelGroup) -> Figure:
         """Plays of the wheel over the first periods of the run."""
-        lasts = min(SHOWN * group.excitation.period, self.study.seconds)
+        lasts = min(SHOWN_PERIODS * group.excitation.period, self.study.seconds)
         times = np.linspace(0.0, lasts, 2400)
         start, wheel = self.study.start_of(group), self.wheel
         return draw_motion(group, wheel, start, times, self.named.name)
@@ -154,10 +156,10 @@ class ClatterResult(StudyResult):
                 f"{wheel['seconds']:.6g} s, noise level {wheel['noise_m2_per_s3']:.4g} "
                 "m2 per s3"
             )
-            yield from _chaos_of(wheel)
+            yield from _chaos_text(wheel)
 
 
-def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
+def _chaos_text(wheel: Mapping[str, Any]) -> Iterator[str]:
     for unit in ("s", "impact"):
         exponent = wheel.get(f"lyapunov_exponent_per_{unit}")
         if exponent is not None:
@@ -176,7 +178,7 @@ def _chaos_of(wheel: Mapping[str, Any]) -> Iterator[str]:
         yield with_code("E10", line)
 
 
-def _rows_of(run: GroupRun) -> Iterator[tuple[Any, ...]]:
+def _rows_of_run(run: GroupRun) -> Iterator[tuple[Any, ...]]:
     names = [(wheel.name, play) for wheel, play in run.group.plays]
     impacts = run.impacts
     columns = (

@@ -133,13 +133,13 @@ class ClatterProblem(Problem):
             )
         if study.kind != "event":
             group = WheelGroup((wheel,), box.excitation)
-            yield Task(wheel.name, partial(self._mapped, study.kind, group))
+            yield Task(wheel.name, partial(self._iterate_map, study.kind, group))
             return
         for wheels in box.groups:
             group = WheelGroup(wheels, box.excitation)
-            yield Task(wheels[0].name, partial(self._moved, group))
+            yield Task(wheels[0].name, partial(self._follow_motion, group))
 
-    def _mapped(self, name: MapName, group: WheelGroup, job: Job) -> GroupRun:
+    def _iterate_map(self, name: MapName, group: WheelGroup, job: Job) -> GroupRun:
         study = self.study
         try:
             start = study.start_of(group)
@@ -148,7 +148,7 @@ class ClatterProblem(Problem):
             wheel = self.wheel.name
             raise InputError(f"{self.named.name}: wheel {wheel} {error}") from None
 
-    def _moved(self, group: WheelGroup, job: Job) -> GroupRun:
+    def _follow_motion(self, group: WheelGroup, job: Job) -> GroupRun:
         study, state = self.study, job.state
         now = study.start_of(group) if state is None else State(**state)
         before: list[Impacts] = job.records

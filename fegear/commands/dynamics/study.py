@@ -15,11 +15,13 @@ from fegear.elasticity.cache import cached_root_influence
 from fegear.elasticity.root_stress import RootInfluence
 from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
+from fegear.statics.settings import nearer_plane
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import (
@@ -43,7 +45,7 @@ from fegear.studies.trains.model_texts import (
 from fegear.studies.trains.models import SETTLING
 from fegear.studies.trains.responses import ResponsesResult, sweep_warnings
 from fegear.studies.trains.speeds import with_frequencies
-from fegear.studies.trains.swept_speeds import SweptSpeeds, unbegun
+from fegear.studies.trains.swept_speeds import SweptSpeeds, unbegun_branch
 from fegear.studies.trains.train_problem import (
     TrainFacts,
     fault_entries,
@@ -65,10 +67,10 @@ from lumped.steady.sweep import (
 )
 from lumped.train.system import LumpedSystem
 
-DERIVED = "elastic freedoms"  # of a header, from the gear set and the speeds
+DERIVED_SETTINGS = "elastic freedoms"  # of a header, from the gear set and the speeds
 
 
-def _idle_elements(elements: FiniteElements) -> Iterator[tuple[str, str]]:
+def _settings_without_effect(elements: FiniteElements) -> Iterator[tuple[str, str]]:
     if elements.fidelity == "quasistatic":
         for name in ("elastic_damping", "cutoff_Hz"):
             yield name, "{fidelity} quasistatic has no elastic modes"
@@ -78,7 +80,7 @@ def _idle_elements(elements: FiniteElements) -> Iterator[tuple[str, str]]:
 
 ELEMENTS = SettingsGroup(
     kind=FiniteElements,
-    unused_options=_idle_elements,
+    unused_options=_settings_without_effect,
     exposed=expose(
         *("fidelity", "friction", "elastic_damping", "cutoff_Hz"),
         cutoff_Hz=Setting(option="--cutoff"),
@@ -107,14 +109,12 @@ class Dynamics(
     torque: tuple[float, ...] = torques_setting()
     elements: FiniteElements = group(ELEMENTS)
     torque_of: TorqueOf = setting_of(LumpedModel, "torque_of")
-    damping_ratio: float | None = setting_of(
-        LumpedModel, "damping_ratio", option="--damping"
-    )
+    damping_ratio: float | None = setting_of(LumpedModel, "damping_ratio")
     translations: bool = setting_of(
         LumpedModel, "translations", option="--translations"
     )
-    source: StiffnessSource = group(
-        SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
+    excitation: ExcitationSettings = group(
+        SettingsGroup(kind=ExcitationSettings, exposed=expose("plane", "resolution"))
     )
     integration: DynamicSettings = group(INTEGRATION)
     model_1: bool = setting(
@@ -138,8 +138,8 @@ class Dynamics(
             names = display_name(self, "root_stress"), display_name(self, "history")
             raise InputError(f"{names[0]} needs {names[1]}")
         if self.torque_of == "input" and not self.elements.friction:
-            needed = display_name(self, "friction")
-            raise InputError(f"torque_of = input; needs {needed} above 0")
+            friction_name = display_name(self, "friction")
+            raise InputError(f"torque_of = input; needs {friction_name} above 0")
 
     @property
     def reference(self) -> LumpedModel:
@@ -148,12 +148,13 @@ class Dynamics(
             translations=self.translations,
             bearings="linear",
             damping_ratio=self.damping_ratio,
-            stiffness=self.source,
+            excitation=self.excitation,
         )
 
     def prepare(self) -> DynamicsProblem:
         settings = {"torque": self.torque, "damping_ratio": self.damping_ratio}
         refuse_edits(self, settings, self.translations)
+        require_uniform_loads(self.gear_set.loaded, "motions by finite elements")
         study = with_frequencies(self, {"speeds": self.rpm})
         return DynamicsProblem(study, self.gear_set.loaded)
 
@@ -167,7 +168,7 @@ class DynamicsProblem(Problem):
 
     @cached_property
     def excitations(self) -> Excitations:
-        return Excitations(self.study.source)
+        return Excitations(self.study.excitation)
 
     @cached_property
     def systems(self) -> dict[float, LumpedSystem]:
@@ -206,18 +207,26 @@ class DynamicsProblem(Problem):
     def prepared(self) -> dict[float, StepperChoice]:
         """A stepper for every torque, all of the same fidelity."""
         elements = self.study.elements
-        choices = self._prepared(elements)
+        choices = self._stepper_choices(elements)
         if len({choice.fidelity for choice in choices.values()}) > 1:
-            choices = self._prepared(replace(elements, fidelity="reduced"))
+            choices = self._stepper_choices(replace(elements, fidelity="reduced"))
         return choices
 
-    def _prepared(self, elements: FiniteElements) -> dict[float, StepperChoice]:
+    def _stepper_choices(self, elements: FiniteElements) -> dict[float, StepperChoice]:
         integration = self.study.integration
         arguments = self.frequencies, elements, integration, self.excitations
         return {
             torque: prepare(self.gears, torque, self.under_friction(torque), *arguments)
             for torque in self.systems
         }
+
+    @property
+    def _planes_of_bodies(self) -> dict[str, str]:
+        """Plane states of elastic bodies, where tables are of teeth of their width."""
+        if self.study.excitation.statics.plane_of(self.gears) != "width":
+            return {}
+        planes = (f"{g.name} plane {nearer_plane(g)}" for g in self.gears.gears)
+        return {"elastic bodies": ", ".join(planes)}
 
     @cached_property
     def header(self) -> dict[str, str]:
@@ -232,9 +241,10 @@ class DynamicsProblem(Problem):
             " + ".join(map(str, choice.elastic)) or "0" for choice in choices
         )
         return {
-            **file_header(self.gears, study.reference, self._damping, method),
+            **file_header(self.gears, study.reference, self._damping_in_words, method),
+            **self._planes_of_bodies,
             "fidelity": choices[0].fidelity,
-            DERIVED: mode_counts,
+            DERIVED_SETTINGS: mode_counts,
             "elastic damping ratio": format_exact(study.elements.elastic_damping),
             "friction coefficient": format_exact(study.elements.friction),
             **torque_entry(study.torque_of),
@@ -242,13 +252,13 @@ class DynamicsProblem(Problem):
         }
 
     @property
-    def _damping(self) -> float:
+    def _damping_in_words(self) -> float:
         return next(iter(self.systems.values())).train.damping_ratio
 
     @property
     def inputs(self) -> Mapping[str, str]:
         # what is derived comes last, so that a message names what was asked for
-        return {**super().inputs, DERIVED: self.header[DERIVED]}
+        return {**super().inputs, DERIVED_SETTINGS: self.header[DERIVED_SETTINGS]}
 
     def tasks(self) -> Iterator[Task]:
         roots = self._root_influences()
@@ -258,15 +268,15 @@ class DynamicsProblem(Problem):
             make_directory(Path(study.history))
         for torque in self.systems:
             for direction in study.directions:
-                work = partial(self._swept, torque, direction, roots)
+                work = partial(self._sweep_speeds, torque, direction, roots)
                 yield Task(f"{torque!r}-{direction}", work, size)
         if study.model_1:
             for torque, system in self.systems.items():
                 for direction in study.directions:
-                    work = partial(self._model_1, system, direction)
+                    work = partial(self._sweep_model_1, system, direction)
                     yield Task(f"model 1 {torque!r}-{direction}", work, size)
 
-    def _swept(
+    def _sweep_speeds(
         self,
         torque: float,
         direction: Direction,
@@ -279,17 +289,19 @@ class DynamicsProblem(Problem):
             direction,
             self.study.integration,
             store=StoredBranch(job),
-            store_motion=partial(self._keep, torque, direction, roots),
+            store_motion=partial(self._write_time_history, torque, direction, roots),
             observer=reporting_observer(job.report, len(self.frequencies)),
             stop=job.stop,
         )
 
-    def _model_1(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
+    def _sweep_model_1(
+        self, system: LumpedSystem, direction: Direction, job: Job
+    ) -> Branch:
         observer = reporting_observer(job.report, len(self.frequencies))
         arguments = system, self.frequencies, direction
         return sweep(*arguments, observer=observer, stop=job.stop)
 
-    def _keep(
+    def _write_time_history(
         self,
         torque: float,
         direction: Direction,
@@ -320,7 +332,7 @@ class DynamicsProblem(Problem):
             raise InputError(
                 f"root_stress = {gear_name}; allowed are {', '.join(names)}"
             )
-        place, statics = names.index(gear_name), self.study.source.statics
+        place, statics = names.index(gear_name), self.study.excitation.statics
         gear = self.gears.gears[place]
         arguments = gear.geometry, statics.material(gear), statics.size
         return {place: cached_root_influence(*arguments)}
@@ -338,7 +350,7 @@ class DynamicsProblem(Problem):
                 (
                     torque,
                     results[f"{prefix}{torque!r}-{direction}"]
-                    or unbegun(system, direction),
+                    or unbegun_branch(system, direction),
                 )
                 for torque, system in self.systems.items()
                 for direction in study.directions
@@ -346,7 +358,7 @@ class DynamicsProblem(Problem):
 
         study, friction = self.study, self.study.elements.friction
         by_elements = branches("")
-        beside = branches("model 1 ") if study.model_1 else []
+        model_1_branches = branches("model 1 ") if study.model_1 else []
         return DynamicsResult(
             study=study,
             facts=TrainFacts(
@@ -354,7 +366,7 @@ class DynamicsProblem(Problem):
                     "gear_set": self.gears.name,
                     "model": self.header["fidelity"],
                     "excitation": self.header["excitation"],
-                    "damping_ratio": self._damping,
+                    "damping_ratio": self._damping_in_words,
                     "friction_coefficient": friction,
                     "sliding": None,
                     "torque_of": study.torque_of if friction else None,
@@ -369,14 +381,14 @@ class DynamicsProblem(Problem):
                 warnings=(
                     *gear_set_warnings(self.gears),
                     *self._frame_warnings(),
-                    *sweep_warnings(self.gears, (*by_elements, *beside)),
+                    *sweep_warnings(self.gears, (*by_elements, *model_1_branches)),
                 ),
             ),
             frequencies=self.frequencies,
             natural_Hz=tuple(natural_frequencies(self.natural_system)),
             natural=natural_in_words(self.natural_system, next(iter(self.systems))),
             branches=by_elements,
-            beside=beside,
+            beside=model_1_branches,
             reasons=tuple(
                 (torque, choice.reason) for torque, choice in self.prepared.items()
             ),

@@ -54,7 +54,7 @@ class Gearing:
         low, high = ANGLES
         if not low <= self.pressure_angle_deg <= high:
             raise InputError(
-                f"pressure_angle = {self.pressure_angle_deg:g} deg; allowed "
+                f"pressure_angle = {self.pressure_angle_deg:g} deg; must be "
                 f"{low:g} to {high:g}"
             )
         try:

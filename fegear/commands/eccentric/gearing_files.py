@@ -19,7 +19,6 @@ from fegear.files.dxf import write_dxf
 from fegear.files.output import write_whole
 
 DRAWINGS, MESHES = (".svg", ".dxf"), (".msh", ".vtu")
-FILMS = ".gif", ".mp4"
 
 
 def write_drawing(

@@ -35,7 +35,7 @@ LEGEND = {
     "mirror images about the x axis",
 }
 
-OF_CONTACT = "transmission_error_um", "contact_torque_ratio"
+CONTACT_TABLE_HEADER = "transmission_error_um", "contact_torque_ratio"
 MIN_POSITIONS = 4  # for each tooth, below which peaks are missed
 
 
@@ -64,12 +64,14 @@ class EccentricResult(StudyResult):
         """Plain values; those of the gearing are given."""
         study, columns = self.study, self.columns
         error, ratio = columns["transmission_error_um"], columns["contact_torque_ratio"]
-        off = float(np.abs(ratio / columns["torque_ratio"] - 1.0).max())
+        off_path = float(np.abs(ratio / columns["torque_ratio"] - 1.0).max())
         pressure = float(columns["contact_pressure_MPa"].max())
         where = f"contact at {study.torque:g} N m"
         warnings = [
-            *self._sparse(values["driven_teeth"]),
-            *check_warnings("W09", where, "torque ratios against the kinematics", off),
+            *self._sparse_positions_warning(values["driven_teeth"]),
+            *check_warnings(
+                "W09", where, "torque ratios against the kinematics", off_path
+            ),
             *plausibility_warnings(
                 where,
                 1e-3 * values["module_mm"],
@@ -84,12 +86,12 @@ class EccentricResult(StudyResult):
             "complete": self.complete,
             "mean_transmission_error_um": float(error.mean()),
             "peak_to_peak_transmission_error_um": float(np.ptp(error)),
-            "largest_deviation_of_torque_ratio": off,
+            "largest_deviation_of_torque_ratio": off_path,
             "largest_contact_pressure_MPa": pressure,
             "warnings": warnings,
         }
 
-    def _sparse(self, teeth: int) -> Iterator[str]:
+    def _sparse_positions_warning(self, teeth: int) -> Iterator[str]:
         """Warnings where there are too few positions for the largest values."""
         positions = self.study.positions
         if positions is not None and positions < MIN_POSITIONS * teeth:
@@ -115,7 +117,7 @@ class EccentricResult(StudyResult):
             "resolution": study.meshing[1],
             "plane": STEEL.plane,
         }
-        legend = meanings("eccentric", *OF_CONTACT, table="contact")
+        legend = meanings("eccentric", *CONTACT_TABLE_HEADER, table="contact")
         corners = {"tip corners": "no contact outside of the path of contact"}
         header = {**self.gearing.header, **settings, **legend, **corners}
         return {"contact": Table.of(self.columns, header)}

@@ -12,9 +12,10 @@ import numpy as np
 
 from fegear.commands.eccentric.elastic_wheel import ElasticWheel
 from fegear.commands.eccentric.gearing import Gearing
-from fegear.commands.eccentric.gearing_files import DRAWINGS, FILMS, MESHES
+from fegear.commands.eccentric.gearing_files import DRAWINGS, MESHES
 from fegear.commands.eccentric.result import EccentricResult
 from fegear.commands.eccentric.turn import STEEL, Columns, contact_columns, wheel_meshes
+from fegear.figures.film import FILMS
 from fegear.files.errors import InputError
 from fegear.files.output import TABLE_FORMATS, TO_SINGLE_TABLE, TO_TABLE
 from fegear.statics.choices import RESOLUTION
@@ -163,7 +164,7 @@ class EccentricProblem(Problem):
         load = study.torque / (1e-3 * study.width)
         for place, block in enumerate(np.split(arcs, np.arange(BLOCK, count, BLOCK))):
             work = partial(contact_columns, toothed, driver, driven, load, block)
-            yield Task(f"{place}", partial(_cached, work), size=1)
+            yield Task(f"{place}", partial(_compute_block, work), size=1)
 
     def gather(self, results: Mapping[str, Columns | None]) -> EccentricResult:
         blocks: list[Columns] = []
@@ -179,7 +180,7 @@ class EccentricProblem(Problem):
         return EccentricResult(self.study, self.gearing, columns, complete)
 
 
-def _cached(work: Callable[[], Columns], job: Job) -> Columns:
+def _compute_block(work: Callable[[], Columns], job: Job) -> Columns:
     """Compute positions, or read them from the checkpoint."""
     for columns in job.records:
         return columns

@@ -12,9 +12,9 @@ from fegear.boundary import public
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques, mesh_torques_at
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.train.coordinates import rigid_groups
@@ -64,9 +64,11 @@ def to_opentorsion(
     >>> assembly.dofs
     2
     """
-    opentorsion = _package("opentorsion", "opentorsion")
-    system = _springs(gear_set, _torque(gear_set, torque), model or LumpedModel())
-    train, nodes = system.train, _nodes(system.train)
+    opentorsion = _import_package("opentorsion", "opentorsion")
+    system = _mesh_springs(
+        gear_set, _single_torque(gear_set, torque), model or LumpedModel()
+    )
+    train, nodes = system.train, _nodes_of_gears(system.train)
     disks = [
         opentorsion.Disk(node, gear.inertia, k=gear.coupling_stiffness)
         for node, gear in zip(nodes, train.gears, strict=True)
@@ -80,7 +82,7 @@ def to_opentorsion(
     for index, mesh in enumerate(train.meshes):
         ends = mesh.driver, mesh.driven
         radii = [train.gears[i].base_radius for i in ends]
-        damping = 2.0 * train.damping_ratio * _critical(system, index)
+        damping = 2.0 * train.damping_ratio * _critical_damping(system, index)
         driver = opentorsion.ElasticGear(nodes[mesh.driver], 0.0, radii[0])
         driven = opentorsion.ElasticGear(
             nodes[mesh.driven],
@@ -124,22 +126,22 @@ def to_ross(
     InputError
         If ROSS is not installed or the gear set has other meshes or internal gears.
     """
-    ross = _package("ross", "ross-rotordynamics")
+    ross = _import_package("ross", "ross-rotordynamics")
     internal = any(mesh.pair.is_internal for mesh in gear_set.meshes)
     if len(gear_set.meshes) > 1 or internal:
         raise InputError(
             f"{gear_set.name}: ROSS has one mesh between two external gears"
         )
-    on_input = _torque(gear_set, torque)
-    system = _springs(gear_set, on_input, model or LumpedModel())
+    on_input = _single_torque(gear_set, torque)
+    system = _mesh_springs(gear_set, on_input, model or LumpedModel())
     (mesh,) = system.train.meshes
     solved = solve_mesh(
         gear_set,
         torques_on_driver=mesh_torques_at(gear_set, on_input),
-        settings=_statics(model or LumpedModel()),
+        settings=_mesh_statics(model or LumpedModel()),
     )
     stiffness = solved.table["stiffness_N_per_m"][0]
-    rotors = [_rotor(ross, system.train, i) for i in (mesh.driver, mesh.driven)]
+    rotors = [_ross_rotor(ross, system.train, i) for i in (mesh.driver, mesh.driven)]
     train = ross.MultiRotor(
         *rotors,
         coupled_nodes=(0, 0),
@@ -152,7 +154,7 @@ def to_ross(
     return train
 
 
-def _package(name: str, to_install: str) -> Any:
+def _import_package(name: str, to_install: str) -> Any:
     try:
         return import_module(name)
     except ModuleNotFoundError:
@@ -161,7 +163,7 @@ def _package(name: str, to_install: str) -> Any:
         ) from None
 
 
-def _torque(gear_set: GearSet, torque: float | None) -> float:
+def _single_torque(gear_set: GearSet, torque: float | None) -> float:
     """The torque that is asked for [N m], or the middle load case."""
     cases = input_torques(gear_set)
     if torque is None and not cases:
@@ -169,28 +171,28 @@ def _torque(gear_set: GearSet, torque: float | None) -> float:
     return cases[len(cases) // 2] if torque is None else torque
 
 
-def _springs(gear_set: GearSet, torque: float, model: LumpedModel) -> LumpedSystem:
+def _mesh_springs(gear_set: GearSet, torque: float, model: LumpedModel) -> LumpedSystem:
     """The gear set by model 1, whose meshes are springs."""
     if gear_set.carrier is not None:
         raise InputError(
             f"{gear_set.name}: gears on a carrier cannot be told by disks and springs"
         )
     springs = LumpedModel(
-        number=1, damping_ratio=model.damping_ratio, stiffness=model.stiffness
+        number=1, damping_ratio=model.damping_ratio, excitation=model.excitation
     )
     return lumped_system(gear_set, torque, springs)
 
 
-def _statics(model: LumpedModel) -> StaticsSettings:
-    source = model.stiffness
-    if not isinstance(source, StiffnessSource):
-        raise InputError("stiffness = tables of meshes; needs a StiffnessSource")
+def _mesh_statics(model: LumpedModel) -> StaticsSettings:
+    source = model.excitation
+    if not isinstance(source, ExcitationSettings):
+        raise InputError("excitation = tables of meshes; must be ExcitationSettings")
     return StaticsSettings(
         plane=source.plane, resolution=source.resolution, estimate_error=False
     )
 
 
-def _nodes(train: Train) -> list[int]:
+def _nodes_of_gears(train: Train) -> list[int]:
     """Node of each gear: gears that move as one share theirs."""
     nodes = [0] * len(train.gears)
     for node, members in enumerate(sorted(map(sorted, rigid_groups(train)))):
@@ -199,7 +201,7 @@ def _nodes(train: Train) -> list[int]:
     return nodes
 
 
-def _critical(system: LumpedSystem, mesh: int) -> float:
+def _critical_damping(system: LumpedSystem, mesh: int) -> float:
     """Half of the critical damping of a mesh between its two gears alone [N s/m]."""
     ends = system.train.meshes[mesh].driver, system.train.meshes[mesh].driven
     gears = [system.train.gears[i] for i in ends]
@@ -207,7 +209,7 @@ def _critical(system: LumpedSystem, mesh: int) -> float:
     return math.sqrt(float(system.modes.mean_stiffness[mesh]) / mobility)
 
 
-def _rotor(ross: Any, train: Train, index: int) -> Any:
+def _ross_rotor(ross: Any, train: Train, index: int) -> Any:
     gear = train.gears[index]
     light = ross.Material("light", rho=LIGHT_DENSITY, E=STIFF_MODULUS, Poisson=0.3)
     shaft = ross.ShaftElement(

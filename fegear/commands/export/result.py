@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 from fegear.commands.export.fmu import FmuMesh, write_fmu
 from fegear.files.errors import InputError
 from fegear.files.matlab import text_cells, write_matlab
-from fegear.files.output import FMU, path_of, require_ending, strict_json, write_whole
+from fegear.files.output import (
+    FMU,
+    path_of,
+    require_ending,
+    strict_json,
+    write_bytes,
+    write_text,
+)
 from fegear.files.version import package_version
 from fegear.studies.page import Page, RowTable, cell, number
 from fegear.studies.result import StudyResult
@@ -221,7 +228,7 @@ def _write_npz(path: Path, result: ModelExportResult) -> None:
     out = io.BytesIO()
     contents: Any = {**result.arrays, **texts, **rows}
     np.savez(out, **contents)
-    write_whole(path, lambda beside: beside.write_bytes(out.getvalue()))
+    write_bytes(path, out.getvalue())
 
 
 def _write_json(path: Path, result: ModelExportResult) -> None:
@@ -229,7 +236,7 @@ def _write_json(path: Path, result: ModelExportResult) -> None:
     arrays = {name: value.tolist() for name, value in result.arrays.items()}
     more = {"units": UNITS, "inputs": result.inputs}
     text = strict_json({**arrays, **result.texts, **more})
-    write_whole(path, lambda beside: beside.write_bytes(text.encode()))
+    write_text(path, text)
 
 
 def _write_fmu(path: Path, result: ModelExportResult) -> None:

@@ -16,9 +16,9 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
-from fegear.studies.settings import group, refuse_given, setting, setting_of
+from fegear.studies.settings import group, refuse_non_default, setting, setting_of
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains.gear_sets import GearSetRef, mesh_index
 from fegear.studies.trains.loads import chosen_torque, torque_setting
@@ -70,9 +70,7 @@ class ModelExport(
     translations: bool = setting_of(
         LumpedModel, "translations", option="--translations"
     )
-    damping_ratio: float | None = setting_of(
-        LumpedModel, "damping_ratio", option="--damping"
-    )
+    damping_ratio: float | None = setting_of(LumpedModel, "damping_ratio")
     stiffness: Literal["auto", "fe", "given"] = setting(
         "auto",
         "Mesh stiffness. auto: of the coupled model about its loaded state, or "
@@ -80,7 +78,7 @@ class ModelExport(
         "elements at the torque, without relief; given: mean_stiffness_N_per_m of the "
         "gear set, or fe where it is missing.",
     )
-    source: StiffnessSource = group(FE_SETTINGS)
+    excitation: ExcitationSettings = group(FE_SETTINGS)
 
     @property
     def gears(self) -> GearSet:
@@ -93,17 +91,21 @@ class ModelExport(
         is_given = all(m.mean_stiffness for m in gears.meshes)
         if self.stiffness == "given" and is_given and self.mesh is None:
             reason = "the gear set gives all stiffness parameters, nothing is solved"
-            refuse_given(self.source, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
-        yield Task("model", partial(self._model, gears))
+            refuse_non_default(
+                self.excitation, [*FE_SETTINGS.exposed], reason, FE_SETTINGS
+            )
+        yield Task("model", partial(self._export_model, gears))
 
-    def _model(self, gears: GearSet, job: Job) -> ModelExportResult:
+    def _export_model(self, gears: GearSet, job: Job) -> ModelExportResult:
         torque = chosen_torque(gears, self.torque)
         train = train_of(gears, torque, self.translations, self.damping_ratio)
         if self.stiffness == "auto" and self.mesh is None:
-            linear, origins = self._under_load(gears, torque)
+            linear, origins = self._model_under_load(gears, torque)
         else:
-            use_given = self.stiffness != "fe"
-            stiffnesses = mean_stiffnesses(gears, torque, self.source, use_given)
+            has_given_stiffness = self.stiffness != "fe"
+            stiffnesses = mean_stiffnesses(
+                gears, torque, self.excitation, has_given_stiffness
+            )
             modes = natural_modes(train, [value for value, _ in stiffnesses])
             linear = linear_model_of_springs(modes, train.damping_ratio)
             origins = [origin for _, origin in stiffnesses]
@@ -113,14 +115,14 @@ class ModelExport(
             self, gears.name, torque, train, linear, origins, fmu_mesh, warnings
         )
 
-    def _under_load(
+    def _model_under_load(
         self, gears: GearSet, torque: float
     ) -> tuple[LinearModel, list[str]]:
         """The equations about the loaded state, and where each stiffness comes from."""
         model = LumpedModel(
             translations=self.translations,
             damping_ratio=self.damping_ratio,
-            stiffness=self.source,
+            excitation=self.excitation,
         )
         system, _ = system_of_modes(gears, torque, model)
         origin = f"at {torque:g} N m on the input gear"
@@ -134,9 +136,9 @@ class ModelExport(
     def _fmu_mesh(self, gears: GearSet, train: Train, torque: float) -> FmuMesh:
         """The mesh with its tooth pairs at the torque on its driver."""
         index = mesh_index(gears, require_present(self.mesh, "mesh"))
-        on_driver = mesh_torques_at(gears, torque)[index]
-        source = Excitations(self.source)
-        excitation = source.mesh_excitation(gears, index, on_driver, SPRINGS)
+        torque_on_driver = mesh_torques_at(gears, torque)[index]
+        source = Excitations(self.excitation)
+        excitation = source.mesh_excitation(gears, index, torque_on_driver, SPRINGS)
         mesh = train.meshes[index]
         pair = train.gears[mesh.driver], train.gears[mesh.driven]
         reduced_mass = 1.0 / sum(gear.base_radius**2 / gear.inertia for gear in pair)
@@ -150,6 +152,6 @@ class ModelExport(
             phase=mesh.phase,
             description=(
                 f"{gears.name}, mesh {self.mesh}: {pair[0].name} drives "
-                f"{pair[1].name}, tooth pairs at {on_driver:g} N m on the driver"
+                f"{pair[1].name}, tooth pairs at {torque_on_driver:g} N m on the driver"
             ),
         )

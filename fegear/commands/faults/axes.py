@@ -81,7 +81,7 @@ def require_fault_axes(study: Any) -> None:
 def _require_axis(study: Any, axis: Axis, over: str) -> None:
     name, fields_of_study = axis.name, type(study).__dataclass_fields__
     if name in WHOLE_NUMBERS and not all(v.is_integer() for v in axis.values):
-        raise InputError(f"{over} {name}; allowed whole numbers")
+        raise InputError(f"{over} {name}; must be whole numbers")
     if name in SETTINGS:
         field = SETTINGS[name][0]
         if getattr(study, field) != fields_of_study[field].default:
@@ -95,13 +95,13 @@ def _require_axis(study: Any, axis: Axis, over: str) -> None:
         return
     if name in FAULTS:
         if name != "pitch_error" and min(axis.values) < 0.0:
-            raise InputError(f"{over} {name} = {min(axis.values):g}; allowed 0 or more")
+            raise InputError(f"{over} {name} = {min(axis.values):g}; must be 0 or more")
         return
     if "." not in name:
         allowed = [*SETTINGS, *FAULTS]
         raise InputError(
-            f"{over} {name}; allowed {', '.join(allowed)} and keys of the gear set, "
-            f"such as mesh.1.phase{nearest(name, allowed)}"
+            f"{over} {name}; allowed are {', '.join(allowed)} and keys of the gear "
+            f"set, such as mesh.1.phase{nearest(name, allowed)}"
         )
     key, _ = _split_key(name)
     require_known_key(key)
@@ -146,25 +146,27 @@ class GearSetEdits:
         for name, value in values.items():
             fault = FAULTS.get(name)
             key, path = (
-                _split_key(self._numbered(name))
+                _split_key(self._name_with_number(name))
                 if fault is None
-                else self._place(fault, tooth)
+                else self._entry_path(fault, tooth)
             )
             if not path:
-                changes[key] = _plain(value)
+                changes[key] = _number_as_in_file(value)
                 continue
-            present = deepcopy(changes.get(key, self._value(key)))
+            present_value = deepcopy(changes.get(key, self._table_value(key)))
             if fault is None:
-                _set_at(present, path, value, name)
-                changes[key] = present
+                _set_value_at_path(present_value, path, value, name)
+                changes[key] = present_value
             elif fault.entry:
-                changes[key] = [*self._with_entry(present or [], fault, tooth, value)]
+                changes[key] = [
+                    *self._with_entry(present_value or [], fault, tooth, value)
+                ]
             else:
-                errors = present or [0.0] * self.teeth
+                errors = present_value or [0.0] * self.teeth
                 changes[key] = [*errors[: tooth - 1], value, *errors[tooth:]]
         return tuple(f"{key}={toml_value(value)}" for key, value in changes.items())
 
-    def _numbered(self, name: str) -> str:
+    def _name_with_number(self, name: str) -> str:
         """A key with the number of its gear or mesh, which it may have by name."""
         kind, which, *path = name.split(".")
         entry, entries = find_entry(self.tables, kind, which), self.tables.get(kind)
@@ -172,11 +174,11 @@ class GearSetEdits:
             return name
         return ".".join([kind, str(1 + entries.index(entry)), *path])
 
-    def _place(self, fault: Fault, tooth: int) -> tuple[str, list[str]]:
+    def _entry_path(self, fault: Fault, tooth: int) -> tuple[str, list[str]]:
         path = [] if fault.is_of_gear else [str(tooth)]
         return f"gear.{self.gear}.{fault.key}", path
 
-    def _value(self, key: str) -> Any:
+    def _table_value(self, key: str) -> Any:
         """What the file has for a key, None where it has nothing."""
         kind, *path = key.split(".")
         table: Any = self.tables.get(kind)
@@ -190,28 +192,30 @@ class GearSetEdits:
         self, entries: Sequence[Any], fault: Fault, tooth: int, size: float
     ) -> Iterator[Any]:
         """Entries of a list, that of a tooth with another size; 0 removes it."""
-        present = [entry for entry in entries if entry.get("tooth") == tooth][:1]
-        if fault.needs_entry and not present:
+        present_value = [entry for entry in entries if entry.get("tooth") == tooth][:1]
+        if fault.needs_entry and not present_value:
             raise InputError(
                 f"gear {self.gear} has no entry of tooth {tooth} in {fault.key}, of "
                 f"which {fault.entry} varies"
             )
-        yield from (entry for entry in entries if entry not in present)
+        yield from (entry for entry in entries if entry not in present_value)
         if size == 0.0:
             return
-        entry = {"tooth": tooth, **next(iter(present), {})}
-        yield {**entry, fault.entry: _scaled(entry.get(fault.entry), size)}
+        entry = {"tooth": tooth, **next(iter(present_value), {})}
+        yield {**entry, fault.entry: _scaled_entry(entry.get(fault.entry), size)}
 
 
-def _scaled(present: Any, size: float) -> Any:
+def _scaled_entry(present_value: Any, size: float) -> Any:
     """A size in place of one that is there; of a list the largest becomes the size."""
-    if not isinstance(present, list):
+    if not isinstance(present_value, list):
         return size
-    largest = max(present, default=0.0)
-    return [size * one / largest if largest > 0.0 else size for one in present]
+    largest = max(present_value, default=0.0)
+    return [size * one / largest if largest > 0.0 else size for one in present_value]
 
 
-def _set_at(value: Any, path: Sequence[str], number: float, name: str) -> None:
+def _set_value_at_path(
+    value: Any, path: Sequence[str], number: float, name: str
+) -> None:
     """Set an entry within a list, which counts from 1; InputError where none is."""
     *inner, last = (int(s) - 1 if s.isdecimal() else s for s in path)
     try:
@@ -220,11 +224,11 @@ def _set_at(value: Any, path: Sequence[str], number: float, name: str) -> None:
         if min(step for step in (*inner, last) if isinstance(step, int)) < 0:
             raise IndexError
         _ = value[last]
-        value[last] = _plain(number)
+        value[last] = _number_as_in_file(number)
     except (LookupError, TypeError):
         raise InputError(f"{name}: the gear set has no such entry") from None
 
 
-def _plain(value: float) -> float:
+def _number_as_in_file(value: float) -> float:
     """A whole number without a fraction, as keys that count need it."""
     return int(value) if float(value).is_integer() else value

@@ -25,15 +25,18 @@ from fegear.studies.columns import (
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
+from fegear.studies.trains.shown_signals import (
+    SCALES,
+    SHOWN_SIGNALS,
+    SUFFIXES,
+    signal_label,
+)
 from fegear.studies.trains.train_problem import TrainFacts
 from lumped.common.array_types import Array
 from lumped.figures.fault_indicators import IndicatorPoints, draw_indicators
 
 UNITLESS = ("residual_kurtosis", "tooth")
 AVERAGES, OF_AVERAGES = "average over turns", ("angle_deg", "tooth")
-SUFFIXES = ("_rad_per_s", "_m", "_N")  # units of signals
-SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
-SHOWN_SIGNALS = 4  # in the picture
 NO_TOOTH = 0  # label of a run without a faulty tooth; teeth count from 1
 
 
@@ -70,8 +73,8 @@ class FaultSignalsResult(StudyResult):
             "turns": study.turns,
             "samples_per_mesh_cycle": study.samples,
             "axes": [
-                {"axis": name, "column": column, **_range(self.labels[column])}
-                for name, column in self._axes
+                {"axis": name, "column": column, **_value_range(self.labels[column])}
+                for name, column in self._axis_columns
             ],
             "runs": len(runs.statuses),
             "statuses": {
@@ -79,17 +82,17 @@ class FaultSignalsResult(StudyResult):
                 for status in sorted(set(runs.statuses))
             },
             "random_points": study.random is not None,
-            "signals": [self._entry(c) for c in range(len(runs.names))],
+            "signals": [self._signal_entry(c) for c in range(len(runs.names))],
             "warnings": list(self.facts.warnings),
         }
 
     @property
-    def _axes(self) -> list[tuple[str, str]]:
+    def _axis_columns(self) -> list[tuple[str, str]]:
         """Axes and their columns, which are the first after the number of the run."""
         columns = list(self.labels)[1:]
-        return list(zip(self.study.names, columns, strict=False))
+        return list(zip(self.study.axis_names, columns, strict=False))
 
-    def _entry(self, c: int) -> dict[str, Any]:
+    def _signal_entry(self, c: int) -> dict[str, Any]:
         """Ranges of the indicators of a signal, in the unit at the end of its name."""
         name, indicators = self.runs.names[c], self.runs.indicators
         ranges = {}
@@ -169,12 +172,12 @@ class FaultSignalsResult(StudyResult):
             **{key.replace("/", "_"): text for key, text in self._header.items()},
         }
         try:
-            write_data_set(target, attributes, self._groups)
+            write_data_set(target, attributes, self._data_set_groups)
         except ValueError as error:
             raise InputError(f"{target}: {error}") from None
 
     @property
-    def _groups(self) -> dict[str, dict[str, DataArray]]:
+    def _data_set_groups(self) -> dict[str, dict[str, DataArray]]:
         """Arrays of a file of the set, by group."""
         runs = self.runs
         labels = {
@@ -192,14 +195,16 @@ class FaultSignalsResult(StudyResult):
                 name: DataArray(values, ("point",), self._attributes(name))
                 for name, values in turn.items()
             },
-            "averages": self._by_signal(runs.average, "point"),
-            "residuals": self._by_signal(runs.residual, "point"),
+            "averages": self._data_arrays_by_signal(runs.average, "point"),
+            "residuals": self._data_arrays_by_signal(runs.residual, "point"),
         }
         if runs.values is not None:
-            groups["signals"] = self._by_signal(runs.values, "sample")
+            groups["signals"] = self._data_arrays_by_signal(runs.values, "sample")
         return groups
 
-    def _by_signal(self, values: Array, dimension: str) -> dict[str, DataArray]:
+    def _data_arrays_by_signal(
+        self, values: Array, dimension: str
+    ) -> dict[str, DataArray]:
         """Arrays (r, n) by the names of signals; values : (r, c, n)."""
         return {
             name: DataArray(
@@ -218,17 +223,17 @@ class FaultSignalsResult(StudyResult):
     @property
     def figures(self) -> dict[str, Draw]:
         """Residuals and their kurtosis over the first axis, coloured by the second."""
-        return {"plot": self._picture}
+        return {"plot": self._draw_signals}
 
-    def _picture(self) -> Any:
-        runs, axes = self.runs, self._axes
+    def _draw_signals(self) -> Any:
+        runs, axes = self.runs, self._axis_columns
         first, second = axes[0][1], axes[1][1] if len(axes) > 1 else None
         panels = []
         for c, name in enumerate(runs.names[:SHOWN_SIGNALS]):
             scale, unit = SCALES[unit_of_column(name)]
             panels.append(
                 IndicatorPoints(
-                    name=_label(name),
+                    name=signal_label(name),
                     unit=unit,
                     residual=scale * runs.indicators["residual_rms"][:, c],
                     kurtosis=runs.indicators["residual_kurtosis"][:, c],
@@ -260,7 +265,7 @@ class FaultSignalsResult(StudyResult):
         yield RowTable(values["signals"], INDICATOR_COLUMNS, "indicators of the runs")
 
 
-def _range(values: NDArray[Any]) -> dict[str, Any]:
+def _value_range(values: NDArray[Any]) -> dict[str, Any]:
     return {
         "least": float(values.min()),
         "largest": float(values.max()),
@@ -285,20 +290,13 @@ def _axis_label(column: str) -> str:
     return f"{text} [{unit}]" if unit else text
 
 
-def _label(name: str) -> str:
-    """Name of a signal without its unit, in words."""
-    for suffix in SUFFIXES:
-        name = name.removesuffix(suffix)
-    return name.replace("_dte", ": transmission error").replace("_", " ")
-
-
-def _share(row: Mapping[str, Any]) -> str:
+def _recognised_share(row: Mapping[str, Any]) -> str:
     """Runs whose residual names the faulty tooth, of those that have one."""
     runs, named = row["faulty_runs"], row["runs_with_faulty_tooth"]
     return "none" if named is None else f"{named} of {runs}"
 
 
-def _span(key: str) -> Any:
+def _range_cell(key: str) -> Any:
     """The cell of the range of an indicator in the unit that is shown."""
 
     def text(row: Mapping[str, Any]) -> str:
@@ -311,11 +309,11 @@ def _span(key: str) -> Any:
 
 
 INDICATOR_COLUMNS: Columns = {
-    "signal": lambda row: _label(row["signal"]),
+    "signal": lambda row: signal_label(row["signal"]),
     "unit": lambda row: SCALES[row["unit"]][1],
-    "RMS": _span("rms"),
-    "RMS of\nresidual": _span("residual_rms"),
-    "peak of\nresidual": _span("residual_peak"),
-    "kurtosis of\nresidual": _span("residual_kurtosis"),
-    "runs at the\nfaulty tooth": _share,
+    "RMS": _range_cell("rms"),
+    "RMS of\nresidual": _range_cell("residual_rms"),
+    "peak of\nresidual": _range_cell("residual_peak"),
+    "kurtosis of\nresidual": _range_cell("residual_kurtosis"),
+    "runs at the\nfaulty tooth": _recognised_share,
 }

@@ -57,21 +57,21 @@ from lumped.steady.maps import Axis
 from lumped.steady.respond import respond_confirmed
 from lumped.train.system import LumpedSystem
 
-MAX_VALUES = 125_000_000  # samples of all runs and signals, 1 GB
-OUTPUTS = (".csv", *DATA_SETS)
-MAX_SHARED = 32  # gear sets that are not read again for further runs
-AXES = (
+MAX_SAMPLES = 125_000_000  # samples of all runs and signals, 1 GB
+OUTPUT_ENDINGS = (".csv", *DATA_SETS)
+MAX_CACHED_GEAR_SETS = 32  # gear sets that are not read again for further runs
+AXES_HELP = (
     "Axis of the set: N values from A to B, or values with commas, of speed (rpm of "
     "the first mesh's driver), torque_Nm, noise_percent, seed (for repetitions), "
     "tooth, a fault ({}) or a key of the gear set. Runs are all combinations; may be "
     "repeated."
 )
-LABELS = f"Write labels and indicators, a row for each run, {TO_SINGLE_TABLE}."
+LABELS_HELP = f"Write labels and indicators, a row for each run, {TO_SINGLE_TABLE}."
 
 
 def _axes_setting() -> Any:
     conversions: dict[str, Any] = {"parse": parsed_axis, "write": written_axis}
-    text = AXES.format(", ".join(FAULTS))
+    text = AXES_HELP.format(", ".join(FAULTS))
     return setting(MISSING, text, metavar="NAME=A:B:N", several=True, **conversions)
 
 
@@ -95,12 +95,12 @@ class FaultSignals(
     resumes = True
     distributes = True
     unit = "run"
-    endings = OUTPUTS
+    endings = OUTPUT_ENDINGS
     output = (
         f"Write signals with their labels to this file, {listed(DATA_SETS)}, or labels "
         "and indicators alone, .csv."
     )
-    more_tables = MappingProxyType({"labels": LABELS})
+    more_tables = MappingProxyType({"labels": LABELS_HELP})
 
     gear_set: GearSetRef
     over: tuple[Axis, ...] = _axes_setting()
@@ -137,37 +137,37 @@ class FaultSignals(
         if not self.over:
             raise InputError(f"{over} = 0; one axis or more is needed")
         require_fault_axes(self)
-        if self.rpm is None and "speed" not in self.names:
+        if self.rpm is None and "speed" not in self.axis_names:
             rpm = display_name(self, "rpm")
             raise InputError(f"{rpm} RPM or {over} speed=A:B:N is needed")
         if self.run_count > MAX_POINTS:
             raise InputError(f"runs = {self.run_count}; at most {MAX_POINTS}")
 
-        for name, reason in self._without_effect():
-            if name in self.names:
+        for name, reason in self._settings_without_effect():
+            if name in self.axis_names:
                 names = {key: display_name(self, key) for key in vars(self)}
                 raise InputError(f"{over} {name}; {reason.format_map(names)}")
             if getattr(self, name) != type(self).__dataclass_fields__[name].default:
                 raise refusal(self, name, reason)
 
-    def _without_effect(self) -> Iterator[tuple[str, str]]:
+    def _settings_without_effect(self) -> Iterator[tuple[str, str]]:
         """Settings that would change nothing, with the reason."""
         if self.random is None:
             yield "random_seed", "needs {random}"
         if not self.has_faulty_tooth:
             yield "tooth", "needs a fault of a tooth among {over}"
-        if not self.noise_percent and "noise_percent" not in self.names:
+        if not self.noise_percent and "noise_percent" not in self.axis_names:
             yield "seed", "needs {noise_percent}"
 
     @property
-    def names(self) -> list[str]:
+    def axis_names(self) -> list[str]:
         """Names of the axes."""
         return [axis.name for axis in self.over]
 
     @property
     def has_faulty_tooth(self) -> bool:
         """Whether an axis is the size of a fault of a tooth."""
-        axes = [fault for name, fault in FAULTS.items() if name in self.names]
+        axes = [fault for name, fault in FAULTS.items() if name in self.axis_names]
         return not all(fault.is_of_gear for fault in axes)
 
     @property
@@ -198,15 +198,19 @@ def random_points(
     """Latin hypercube between the least and the largest values of axes."""
     from scipy.stats.qmc import LatinHypercube
 
-    unit = LatinHypercube(len(axes), seed=np.random.default_rng(seed)).random(count)
+    unit_points = LatinHypercube(len(axes), seed=np.random.default_rng(seed)).random(
+        count
+    )
     columns = []
-    for axis, part in zip(axes, unit.T, strict=True):
+    for axis, fractions in zip(axes, unit_points.T, strict=True):
         low, high = min(axis.values), max(axis.values)
         if axis.name in WHOLE_NUMBERS:
-            columns.append(np.floor(low + part * (high + 1.0 - low)))
+            columns.append(np.floor(low + fractions * (high + 1.0 - low)))
         else:
-            columns.append(low + part * (high - low))
-    return tuple(tuple(map(float, point)) for point in np.transpose(columns))
+            columns.append(low + fractions * (high - low))
+    return tuple(
+        tuple(map(float, axis_values)) for axis_values in np.transpose(columns)
+    )
 
 
 def noise_seed(number: int, seed: int) -> int:
@@ -237,21 +241,21 @@ class FaultSignalsProblem(Problem):
     def of(cls, study: FaultSignals) -> FaultSignalsProblem:
         """The problem of a study; InputError for what no run can be."""
         settings, _ = split_point(study, study.points()[0])
-        signals = signals_of(study, settings, study.gear_set, study.model)
+        signals = signals_study_of_run(study, settings, study.gear_set, study.model)
         reference = SampledProblem.of_study(signals, study.model.excitations)
         index = reference.turning.index
         teeth = reference.gears.gears[index].geometry.teeth
-        for setting_name, tooth in _teeth(study):
+        for setting_name, tooth in _faulty_teeth(study):
             if tooth > teeth:
                 name = reference.gears.gears[index].name
                 raise InputError(
                     f"{setting_name} = {tooth}; gear {name} has {teeth} teeth"
                 )
-        ref, tables = study.gear_set, dict[str, Any]()
-        if ref.preloaded is None:
-            tables = load_tables(ref.name, ref.overrides)
-        edits = GearSetEdits(tables, ref.overrides, 1 + index, teeth)
-        _require_changes(study, edits)
+        gear_set, tables = study.gear_set, dict[str, Any]()
+        if gear_set.preloaded is None:
+            tables = load_tables(gear_set.name, gear_set.overrides)
+        edits = GearSetEdits(tables, gear_set.overrides, 1 + index, teeth)
+        _require_editable_axes(study, edits)
         return cls(study, reference=reference, edits=edits)
 
     @property
@@ -267,38 +271,39 @@ class FaultSignalsProblem(Problem):
 
     def tasks(self) -> Iterator[Task]:
         self._require_room()
-        yield Task("runs", self._computed)
+        yield Task("runs", self._compute_runs)
 
     def _require_room(self) -> None:
         """Refuse sets whose samples exceed the memory allowed."""
         study, sampling = self.study, self.reference.sampling
         samples = sampling.points if study.averages else len(sampling.time)
         signals = len(signal_names(self.reference.system))
-        total = study.run_count * samples * signals
-        if total > MAX_VALUES:
+        sample_count = study.run_count * samples * signals
+        if sample_count > MAX_SAMPLES:
             cure = "fewer runs" if study.averages else display_name(study, "averages")
             raise InputError(
                 f"runs = {study.run_count}; {samples} samples of {signals} signals "
-                f"each make {total}, at most {MAX_VALUES} are allowed; use {cure}"
+                f"each make {sample_count}, at most {MAX_SAMPLES} are allowed; "
+                f"use {cure}"
             )
 
-    def _computed(self, job: Job) -> FaultSignalsResult:
-        runs = Runs(self)
+    def _compute_runs(self, job: Job) -> FaultSignalsResult:
+        runs = RunComputations(self)
         arrays = job.compute("runs", runs)
-        collected = FaultRuns.of(
+        fault_runs = FaultRuns.of(
             [arrays[name] for name in runs], self.reference.sampling
         )
         study = self.study
-        if not collected.settled.any():
-            reason = min(set(collected.statuses))
+        if not fault_runs.settled.any():
+            reason = min(set(fault_runs.statuses))
             raise NoResultError(f"no run has signals: {reason}")
-        warnings = run_warnings(collected)
+        warnings = run_warnings(fault_runs)
         return FaultSignalsResult(
             study=study,
             facts=self._facts(tuple(warnings)),
             gear=self.reference.turning.name,
             labels=self._labels(),
-            runs=collected,
+            runs=fault_runs,
             tooth=self.reference.tooth_at_pitch_point,
         )
 
@@ -308,19 +313,19 @@ class FaultSignalsProblem(Problem):
         points = np.array(self.points)
         labels = {
             column_of(name): points[:, column]
-            for column, name in enumerate(study.names)
+            for column, name in enumerate(study.axis_names)
         }
         count = len(points)
         torque, rpm = reference.single_torque, study.rpm
-        constant = {
+        constant_labels = {
             "speed_rpm": np.nan if rpm is None else rpm,
             "torque_Nm": torque,
             "noise_percent": study.noise_percent,
             "seed": study.seed,
         }
         if study.has_faulty_tooth:
-            constant["faulty_tooth"] = study.tooth
-        for name, value in constant.items():
+            constant_labels["faulty_tooth"] = study.tooth
+        for name, value in constant_labels.items():
             labels.setdefault(name, np.full(count, value, float))
         for name in {"seed", "faulty_tooth"} & labels.keys():
             labels[name] = labels[name].astype(np.int64)
@@ -338,10 +343,11 @@ class FaultSignalsProblem(Problem):
     @property
     def _is_faulty(self) -> NDArray[np.bool_]:
         """Whether each run has a tooth with a fault by the axes."""
-        of_tooth = [
-            name in FAULTS and not FAULTS[name].is_of_gear for name in self.study.names
+        is_tooth_fault = [
+            name in FAULTS and not FAULTS[name].is_of_gear
+            for name in self.study.axis_names
         ]
-        sizes = np.array(self.points)[:, of_tooth]
+        sizes = np.array(self.points)[:, is_tooth_fault]
         return np.asarray((sizes != 0.0).any(axis=1))
 
     @property
@@ -356,7 +362,9 @@ class FaultSignalsProblem(Problem):
         ratio, torque = system.train.damping_ratio, reference.single_torque
         method = integration_in_words(reference.integration, model.number == "coupled")
         systems = {torque: system}
-        at_rest = reference.warnings_at_rest(systems, (reference.study.frequency,))
+        rest_warnings = reference.warnings_at_rest(
+            systems, (reference.study.frequency,)
+        )
         return TrainFacts(
             summary=reference.summary_head(ratio)
             | {"translations": model.translations}
@@ -367,28 +375,28 @@ class FaultSignalsProblem(Problem):
                 **self.study.gear_set.entries,
             },
             notes=reference.notes,
-            warnings=(*at_rest, *warnings),
+            warnings=(*rest_warnings, *warnings),
         )
 
 
 def split_point(
-    study: FaultSignals, point: tuple[float, ...]
+    study: FaultSignals, axis_values: tuple[float, ...]
 ) -> tuple[dict[str, Any], dict[str, float]]:
     """Settings of a run, and values by the names of faults and keys."""
     settings: dict[str, Any] = {
         name: getattr(study, name) for name, _ in SETTINGS.values()
     }
     changes = {}
-    for name, value in zip(study.names, point, strict=True):
+    for name, value in zip(study.axis_names, axis_values, strict=True):
         if name in SETTINGS:
-            whole = name in WHOLE_NUMBERS
-            settings[SETTINGS[name][0]] = int(value) if whole else value
+            is_whole_number = name in WHOLE_NUMBERS
+            settings[SETTINGS[name][0]] = int(value) if is_whole_number else value
         else:
             changes[name] = value
     return settings, changes
 
 
-def _teeth(study: FaultSignals) -> Iterator[tuple[str, int]]:
+def _faulty_teeth(study: FaultSignals) -> Iterator[tuple[str, int]]:
     """Teeth that have faults in some run, and the setting that says so."""
     axes = [axis for axis in study.over if axis.name == "tooth"]
     for axis in axes:
@@ -398,16 +406,16 @@ def _teeth(study: FaultSignals) -> Iterator[tuple[str, int]]:
         yield display_name(study, "tooth"), study.tooth
 
 
-def _require_changes(study: FaultSignals, edits: GearSetEdits) -> None:
+def _require_editable_axes(study: FaultSignals, edits: GearSetEdits) -> None:
     """Refuse an axis of which a value has no place in the gear-set file."""
     for axis in study.over:
         if axis.name in SETTINGS:
             continue
-        for (_, tooth), value in product(_teeth(study), axis.values):
+        for (_, tooth), value in product(_faulty_teeth(study), axis.values):
             edits.texts({axis.name: value}, tooth)
 
 
-def signals_of(
+def signals_study_of_run(
     study: FaultSignals,
     settings: Mapping[str, Any],
     gear_set: GearSetRef,
@@ -429,7 +437,7 @@ def signals_of(
 
 
 @dataclass(frozen=True, eq=False)
-class Runs(Mapping[str, Callable[[], Arrays]]):
+class RunComputations(Mapping[str, Callable[[], Arrays]]):
     """Computation of each run by its number, prepared on access."""
 
     problem: FaultSignalsProblem
@@ -442,10 +450,10 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
 
     def __getitem__(self, name: str) -> Callable[[], Arrays]:
         try:
-            run = self._problem(int(name))
+            run = self._signals_problem(int(name))
             system, sampling = run.system, run.sampling
         except ValueError as error:
-            return partial(without_signals, f"impossible: {error}")
+            return partial(status_arrays, f"impossible: {error}")
         noise = 0.01 * run.study.noise_percent
         tooth = run.teeth_of_intervals
         frequency = run.study.frequency
@@ -453,7 +461,7 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
         settings = run.integration
         return partial(evaluate_run, system, frequency, settings, sampling, *options)
 
-    def _problem(self, number: int) -> SampledProblem:
+    def _signals_problem(self, number: int) -> SampledProblem:
         """The signals of a run; InputError where there is no such gear set."""
         study = self.problem.study
         settings, changes = split_point(study, self.problem.points[number - 1])
@@ -461,23 +469,23 @@ class Runs(Mapping[str, Callable[[], Arrays]]):
         gear_set = study.gear_set
         if changes:
             texts = self.problem.edits.texts(changes, settings["tooth"])
-            gear_set = self._shared(texts)
+            gear_set = self._cached_gear_set(texts)
         reference = self.problem.reference
-        signals = signals_of(study, settings, gear_set, reference.model)
+        signals = signals_study_of_run(study, settings, gear_set, reference.model)
         return SampledProblem.of_study(signals, reference.excitations)
 
     @cached_property
-    def _shared(self) -> Callable[[tuple[str, ...]], GearSetRef]:
+    def _cached_gear_set(self) -> Callable[[tuple[str, ...]], GearSetRef]:
         """Gear sets by their changes, read once each."""
         study = self.problem.study
 
-        def changed(texts: tuple[str, ...]) -> GearSetRef:
+        def edited_gear_set(texts: tuple[str, ...]) -> GearSetRef:
             return replace(study.gear_set, edits=texts)
 
-        return lru_cache(maxsize=MAX_SHARED)(changed)
+        return lru_cache(maxsize=MAX_CACHED_GEAR_SETS)(edited_gear_set)
 
 
-def without_signals(status: str) -> Arrays:
+def status_arrays(status: str) -> Arrays:
     """Arrays of a run whose motion has no signals, and why."""
     return {"status": np.frombuffer(status.encode(), np.uint8)}
 
@@ -502,16 +510,16 @@ def evaluate_run(
     try:
         response, _, settings = respond_confirmed(system, frequency, settings)
     except ValueError as error:
-        return without_signals(f"impossible: {error}")
+        return status_arrays(f"impossible: {error}")
     if not response.multiple:
-        return without_signals(str(response.status))
+        return status_arrays(str(response.status))
     sampled = sample_signals(system, response, settings, sampling, noise, seed)
     indicators = {
         "rms": sampled.values.std(axis=0),
         **residual_indicators(sampled.average, tooth),
     }
     arrays = {
-        **without_signals(str(response.status)),
+        **status_arrays(str(response.status)),
         "names": np.frombuffer("\n".join(sampled.names).encode(), np.uint8),
         "average": sampled.average.values.T,
         **indicators,

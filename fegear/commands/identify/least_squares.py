@@ -31,11 +31,12 @@ from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
 
 Figures = tuple[Array, Array]
-THINNEST_RIM = 2.0  # modules from hub to root circle
-SMALLEST_HUB = 0.15  # of the root radius
+MIN_RIM_MODULES = 2.0  # modules from hub to root circle
+MIN_HUB_RATIO = 0.15  # of the root radius
 WIDTH_FACTORS = 0.25, 4.0  # smallest and largest
-N_RADII = 12  # hub radii at which a gear's compliance is computed; between them it
-# is interpolated, which is 1e-3 of it off at most
+# hub radii at which a gear's compliance is computed; between them it is interpolated,
+# which is 1e-3 of it off at most
+HUB_RADIUS_COUNT = 12
 HUB_SPREAD = 1.0  # spread of ln(hub / root radius), far wider than that of any figure
 CONVERGENCE_RTOL = 1e-12  # relative; more than is shown, so that results repeat
 DIFFERENCE_STEP = 1e-3  # of the logarithms, for derivatives
@@ -134,7 +135,7 @@ class CompliancesOverHub:
 
 def _sampled_logarithms(limits: tuple[float, float]) -> Array:
     low, high = np.log(limits)
-    return 0.5 * (low + high) + 0.5 * (high - low) * chebpts1(N_RADII)
+    return 0.5 * (low + high) + 0.5 * (high - low) * chebpts1(HUB_RADIUS_COUNT)
 
 
 @dataclass(frozen=True)
@@ -171,13 +172,13 @@ class StiffnessModel:
         for mesh, problem, torque in zip(
             self.gear_set.meshes, self.problems, self.torque, strict=True
         ):
-            changed = replace(
+            changed_problem = replace(
                 problem,
                 driver=replace(problem.driver, compliance=flanks[mesh.driver]),
                 driven=replace(problem.driven, compliance=flanks[mesh.driven]),
                 face_width=width_factor * problem.face_width,
             )
-            curves.append(solve_cycle(changed, torque, position).stiffness[0])
+            curves.append(solve_cycle(changed_problem, torque, position).stiffness[0])
         mean = np.mean(curves, axis=1)
         return mean, np.ptp(curves, axis=1) / mean
 
@@ -206,7 +207,7 @@ def stiffness_model(
         radii = np.exp(_sampled_logarithms(limits[i]))
         samples = []
         for n, radius in enumerate(radii):
-            report(f"hubs of {gear.name}", n, N_RADII)
+            report(f"hubs of {gear.name}", n, HUB_RADIUS_COUNT)
             samples.append(_compliance(gear, float(radius), settings))
         families.append(CompliancesOverHub(limits[i], tuple(samples)))
     problems = tuple(
@@ -233,12 +234,12 @@ def hub_limits(gear: Gear) -> tuple[float, float]:
             f'gear "{gear.name}": internal = true; bodies of external gears only are '
             "identified"
         )
-    low = SMALLEST_HUB * teeth.root_radius
-    high = teeth.root_radius - THINNEST_RIM * teeth.module
+    low = MIN_HUB_RATIO * teeth.root_radius
+    high = teeth.root_radius - MIN_RIM_MODULES * teeth.module
     if not low < high:
         raise InputError(
             f'gear "{gear.name}": root radius {1e3 * teeth.root_radius:.4g} mm; must '
-            f"leave a hub below a rim of {THINNEST_RIM:g} modules to be identified"
+            f"leave a hub below a rim of {MIN_RIM_MODULES:g} modules to be identified"
         )
     return low, high
 
@@ -261,30 +262,33 @@ def identify(
     """
     if not np.isfinite([measured.mean, measured.variation]).any():
         raise InputError("no mean stiffness and no variation is known; one is needed")
-    fit = _Fit(model, measured)
-    held = {0: 0.0} if hold_width else {}
+    fit = _LeastSquaresFit(model, measured)
+    fixed_logarithms = {0: 0.0} if hold_width else {}
     report("best set", 0, 1)
-    best = fit.solve(held, fit.bounds.mean(axis=0))
+    best = fit.solve(fixed_logarithms, fit.bounds.mean(axis=0))
     smallest, largest = np.exp(fit.bounds[:, 1 + along])
     radii = np.log(np.linspace(smallest, largest, VALLEY_POINTS))
-    above = radii > best[1 + along]
+    is_above_best = radii > best[1 + along]
     solutions: list[Array] = []
-    for way in (radii[~above][::-1], radii[above]):  # outward from the best set
+    for stretch in (
+        radii[~is_above_best][::-1],
+        radii[is_above_best],
+    ):  # outward from the best set
         x = best
-        for radius in way:
+        for radius in stretch:
             report("valley", len(solutions), VALLEY_POINTS)
-            x = fit.solve({**held, 1 + along: float(radius)}, x)
+            x = fit.solve({**fixed_logarithms, 1 + along: float(radius)}, x)
             solutions.append(x)
     solutions.sort(key=lambda x: x[1 + along])
     valley = tuple(fit.candidate(x, model.figures) for x in solutions)
-    chosen = fit.candidate(best, model.meshed_figures)
-    between = fit.candidate(best, model.figures)
-    error = float(np.abs(between.mean / chosen.mean - 1.0).max())
-    return Identified(chosen, along, valley, error)
+    identified = fit.candidate(best, model.meshed_figures)
+    interpolated = fit.candidate(best, model.figures)
+    error = float(np.abs(interpolated.mean / identified.mean - 1.0).max())
+    return Identified(identified, along, valley, error)
 
 
 @dataclass(frozen=True)
-class _Fit:
+class _LeastSquaresFit:
     """The least-squares problem in x = ln(width factor), ln(hub radii)."""
 
     model: StiffnessModel
@@ -303,13 +307,13 @@ class _Fit:
         hub_spread = (part - part.mean()) / HUB_SPREAD
         return np.concatenate([self.measured.misfits(*figures), hub_spread])
 
-    def solve(self, held: Mapping[int, float], start: Array) -> Array:
+    def solve(self, fixed_logarithms: Mapping[int, float], start: Array) -> Array:
         """The best x with some of its entries held."""
         from scipy.optimize import least_squares
 
         x = start.copy()
-        x[list(held)] = list(held.values())
-        free = [i for i in range(x.size) if i not in held]
+        x[list(fixed_logarithms)] = list(fixed_logarithms.values())
+        free = [i for i in range(x.size) if i not in fixed_logarithms]
         low, high = self.bounds[:, free]
         inside = 1e-6 * (high - low)  # the method starts off the bounds
 

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-FAR_OFF = 3.0  # spreads of a figure, beyond which it is not met
+LARGE_MISFIT = 3.0  # spreads of a figure, beyond which it is not met
 
-AT_BOUND = 1e-3  # relative distance
+BOUND_RTOL = 1e-3  # relative distance
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -67,7 +67,7 @@ class IdentificationResult(StudyResult):
         best = self.solution.best
         misfits = self.measured.misfits(best.mean, best.variation)
         worst, factor = float(np.abs(misfits).max()), best.width_factor
-        if worst > FAR_OFF:
+        if worst > LARGE_MISFIT:
             yield with_code(
                 "W17",
                 f"no set agrees with the measured values: the best one is {worst:.3g} "
@@ -75,10 +75,10 @@ class IdentificationResult(StudyResult):
             )
         for gear, hub in zip(self.gears.gears, best.hub_radius, strict=True):
             for limit in hub_limits(gear):
-                if abs(hub / limit - 1.0) < AT_BOUND:
+                if abs(hub / limit - 1.0) < BOUND_RTOL:
                     line = f'hub radius of gear "{gear.name}" is at its limit'
                     yield with_code("W18", line)
-        if min(abs(factor / limit - 1.0) for limit in WIDTH_FACTORS) < AT_BOUND:
+        if min(abs(factor / limit - 1.0) for limit in WIDTH_FACTORS) < BOUND_RTOL:
             line = f"face widths are at their limit, {factor:.3g} of those given"
             yield with_code("W19", line)
 
@@ -98,7 +98,7 @@ class IdentificationResult(StudyResult):
             **meanings("identify", "misfit"),
             **self.study.gear_set.entries,
         }
-        return Table(list(rows[0]), lambda: [[*row.values()] for row in rows], header)
+        return Table.of_rows(rows, header)
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -106,8 +106,8 @@ class IdentificationResult(StudyResult):
 
     def page(self) -> Page:
         values = self.summary
-        yield self._sets()
-        yield self._meshes()
+        yield self._solution_table()
+        yield self._stiffness_table()
         yield with_code(
             "E13",
             f"misfit: squares of the differences over their standard deviations "
@@ -116,22 +116,22 @@ class IdentificationResult(StudyResult):
             f"between hub radii changes a mean by {values['interpolation_error']:.1e}",
         )
 
-    def _sets(self) -> RowTable:
+    def _solution_table(self) -> RowTable:
         """Sets that are equally good, among them the one that is chosen."""
         values, names = self.summary, [gear.name for gear in self.gears.gears]
         best, width = values["best"], f"face width\nof {names[0]}\n[mm]"
         columns: Columns = {"": lambda row: "*" if row is best else ""}
         for name in names:
             title = f"hub radius\nof {name}\n[mm]"
-            columns[title] = _fixed(f"{name}_hub_radius_mm", 2)
-        columns[width] = _fixed(f"{names[0]}_face_width_mm", 2)
-        columns["misfit"] = _fixed("misfit", 3)
+            columns[title] = _fixed_decimals_cell(f"{name}_hub_radius_mm", 2)
+        columns[width] = _fixed_decimals_cell(f"{names[0]}_face_width_mm", 2)
+        columns["misfit"] = _fixed_decimals_cell("misfit", 3)
         key = f"{values['equally_good_from']}_hub_radius_mm"
         rows = sorted([best, *values["equally_good"]], key=lambda row: row[key])
         title = f"{values['gear_set']}: equally good sets, * the set chosen"
         return RowTable(rows, columns, title)
 
-    def _meshes(self) -> RowTable:
+    def _stiffness_table(self) -> RowTable:
         """How the set chosen meets what was measured."""
         values, best = self.summary, self.summary["best"]
         means = values["measured_mean_stiffness_N_per_m"]
@@ -153,14 +153,14 @@ class IdentificationResult(StudyResult):
             "mesh": lambda row: str(row["mesh"]),
             stiffness: cell("mean", 5, 1e-8),
             f"measured {stiffness}": cell("measured_mean", 5, 1e-8, none="-"),
-            ratio: _fixed("variation", 4),
-            f"measured {ratio}": _fixed("measured_variation", 4),
+            ratio: _fixed_decimals_cell("variation", 4),
+            f"measured {ratio}": _fixed_decimals_cell("measured_variation", 4),
         }
         title = "the chosen set, meshed, and the measured values"
         return RowTable(rows, columns, title, text_columns=())
 
 
-def _fixed(key: str, decimals: int) -> Any:
+def _fixed_decimals_cell(key: str, decimals: int) -> Any:
     """A cell with so many decimals, a dash for None."""
 
     def shown(row: Mapping[str, Any]) -> str:

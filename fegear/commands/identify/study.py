@@ -15,6 +15,7 @@ from fegear.commands.identify.least_squares import (
 )
 from fegear.commands.identify.result import IdentificationResult
 from fegear.files.errors import InputError
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.settings import StaticsSettings
@@ -129,10 +130,11 @@ class Identification(
         )
 
     def tasks(self) -> Iterator[Task]:
-        work = partial(self._identified, self.gears, self.start, self.measured)
+        require_uniform_loads(self.gears, "identifications")
+        work = partial(self._identify, self.gears, self.start, self.measured)
         yield Task("hubs", work)
 
-    def _identified(
+    def _identify(
         self, gears: GearSet, start: int, measured: MeasuredStiffness, job: Job
     ) -> IdentificationResult:
         model = stiffness_model(gears, measured.torque, self.elements, job.report)

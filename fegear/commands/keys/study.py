@@ -34,7 +34,9 @@ class KeyList(Study, command="keys", example="keys gear-set"):
     pictures = NO_PICTURES
 
     kind: str = argument(
-        "KIND", "gear-set, machine, gearbox or case. [default: all]", default=""
+        "KIND",
+        "gear-set, bearing, machine, gearbox or case. [default: all]",
+        default="",
     )
 
     def __post_init__(self) -> None:

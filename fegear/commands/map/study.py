@@ -117,7 +117,7 @@ class Map(
         return self.over
 
     @property
-    def at_speeds(self) -> tuple[float, ...]:
+    def fixed_mesh_frequencies(self) -> tuple[float, ...]:
         return self.band if self.at is None else (self.at,)
 
     @property
@@ -149,9 +149,9 @@ class MapProblem(ParametricProblem):
         return math.prod(len(axis.values) for axis in self.study.axes)
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("points", self._computed)
+        yield Task("points", self._compute_map)
 
-    def _computed(self, job: Job) -> MapResult:
+    def _compute_map(self, job: Job) -> MapResult:
         require_method(self.model, self.study.integration, self.gears)
         compute = partial(job.compute, "points")
         evaluate = self._evaluation(job.stop_event)
@@ -181,8 +181,10 @@ class MapProblem(ParametricProblem):
     def _header(self) -> dict[str, str]:
         study, coupled = self.study, self.model.number == "coupled"
         header = self.header(integration_in_words(study.integration, coupled))
-        if TORQUE not in study.names:
-            header["torque on the input gear [N m]"] = format_exact(self.load)
+        if TORQUE not in study.axis_names:
+            header["torque on the input gear [N m]"] = format_exact(
+                self.reference_torque
+            )
         return header | {
             **study.gear_set.entries,
             "digest of the gear set": digest(self.gears),
@@ -257,7 +259,7 @@ class CollectedAttractors:
 def _map_warnings(parameter_map: ParameterMap, gear_set: GearSet) -> Iterator[str]:
     """What changes nothing, and where the largest values cannot be physical."""
     for place, axis in enumerate(parameter_map.axes):
-        if len(axis.values) > 1 and _changes_nothing(parameter_map, place):
+        if len(axis.values) > 1 and _has_no_effect(parameter_map, place):
             yield with_code("W16", f"{axis.name} does not change the response")
     peaks, backs = (
         [
@@ -270,7 +272,7 @@ def _map_warnings(parameter_map: ParameterMap, gear_set: GearSet) -> Iterator[st
     yield from motion_warnings(gear_set, where, peaks, backs)
 
 
-def _changes_nothing(parameter_map: ParameterMap, place: int) -> bool:
+def _has_no_effect(parameter_map: ParameterMap, place: int) -> bool:
     """Whether all vibrations along an axis are the same, to the bit."""
     if len(parameter_map.cells) < len(parameter_map.points):
         return False

@@ -21,7 +21,7 @@ from lumped.train.mode_families import Family, Whirl, multiplicities
 from lumped.train.modes import MIN_FELT_ENERGY, Modes
 from lumped.train.system import LumpedSystem
 
-ELSEWHERE = {
+COLUMN_OF_SPRINGS = {
     "shaft": "\nshafts\n[%]",
     "bearing": "\nbearings\n[%]",
     "body": "\nbodies\n[%]",
@@ -88,17 +88,20 @@ class ModesResult(StudyResult):
                     "frequency_Hz": float(modes.frequency_Hz[i]),
                     "average_frequency_Hz": self.averages[i] if self.averages else None,
                     "mesh_energy": [float(part) for part in modes.mesh_energy[:, i]],
-                    **{f"{part}_energy": v[i] for part, v in self._elsewhere.items()},
+                    **{
+                        f"{part}_energy": v[i]
+                        for part, v in self._parts_without_mesh.items()
+                    },
                     "kind": name_mode(modes, i),
-                    **self._family(i),
+                    **self._family_values(i),
                 }
                 for i in range(modes.frequency_Hz.size)
             ],
-            **self._bodies(),
+            **self._body_values(),
         }
 
     @cached_property
-    def _elsewhere(self) -> dict[str, list[float]]:
+    def _parts_without_mesh(self) -> dict[str, list[float]]:
         """Fractions (n,) of the strain energy that are not in the meshes.
 
         What is left of the coupled model is in the bodies of the gears.
@@ -106,20 +109,24 @@ class ModesResult(StudyResult):
         modes = self.modes
         parts = {kind: modes.spring_energy(kind) for kind in SPRING_KINDS}
         if self.system is not None:
-            elsewhere = modes.mesh_energy.sum(axis=0) + sum(parts.values())
-            parts["body"] = np.where(modes.strain > 0.0, 1.0 - elsewhere, 0.0)
+            outside_bodies = modes.mesh_energy.sum(axis=0) + sum(parts.values())
+            parts["body"] = np.where(modes.strain > 0.0, 1.0 - outside_bodies, 0.0)
         return {kind: part.tolist() for kind, part in parts.items()}
 
-    def _family(self, i: int) -> dict[str, Any]:
+    def _family_values(self, i: int) -> dict[str, Any]:
         """Family, multiplicity and whirl of a mode of a planetary set, None for
         others."""
         whirl = self.whirl[i] if self.whirl else None
         if not self.families:
             return {"family": None, "multiplicity": None, "whirl": whirl}
-        same = multiplicities(self.modes.frequency_Hz.tolist())
-        return {"family": self.families[i], "multiplicity": same[i], "whirl": whirl}
+        multiplicities_of_modes = multiplicities(self.modes.frequency_Hz.tolist())
+        return {
+            "family": self.families[i],
+            "multiplicity": multiplicities_of_modes[i],
+            "whirl": whirl,
+        }
 
-    def _bodies(self) -> dict[str, Any]:
+    def _body_values(self) -> dict[str, Any]:
         if self.system is None:
             return {**bodies_described({}), "warnings": list(self.gear_warnings)}
         speeds = default_speeds(self.system)
@@ -131,21 +138,24 @@ class ModesResult(StudyResult):
     def table(self) -> Table:
         """A row for every mode."""
         meshes = range(1, len(self.origins) + 1)
-        first = ["frequency_Hz", *(["average_frequency_Hz"] if self.averages else [])]
-        parts = [f"{kind}_energy" for kind in self._elsewhere]
-        last = ["kind", *(("family", "multiplicity") if self.families else ())]
-        last += ["whirl"] if self.whirl else []
+        first_names = [
+            "frequency_Hz",
+            *(["average_frequency_Hz"] if self.averages else []),
+        ]
+        parts = [f"{kind}_energy" for kind in self._parts_without_mesh]
+        last_names = ["kind", *(("family", "multiplicity") if self.families else ())]
+        last_names += ["whirl"] if self.whirl else []
         names = (
-            *first,
+            *first_names,
             *(f"mesh{m}_energy_fraction" for m in meshes),
             *(f"{part}_fraction" for part in parts),
-            *last,
+            *last_names,
         )
         rows = [
             (
-                *(math.nan if mode[key] is None else mode[key] for key in first),
+                *(math.nan if mode[key] is None else mode[key] for key in first_names),
                 *mode["mesh_energy"],
-                *(mode[key] for key in (*parts, *last)),
+                *(mode[key] for key in (*parts, *last_names)),
             )
             for mode in self.summary["modes"]
         ]
@@ -178,14 +188,14 @@ class ModesResult(StudyResult):
             title += f", {torque:g} N m on the input gear"
         if self.whirl:
             title += f", input at {values['input_speed_rpm']:g} rpm"
-        modes = self._shown(values["modes"])
+        modes = self._modes_in_page(values["modes"])
         columns = {}
         if self.averages:
             columns["averages\nof model 1\n[Hz]"] = [
                 "-" if (f := mode["average_frequency_Hz"]) is None else f"{f:.1f}"
                 for mode in modes
             ]
-        columns |= self._energies(modes)
+        columns |= self._energy_columns(modes)
         if self.families:
             columns["family"] = [mode["family"] for mode in modes]
         if self.whirl:
@@ -193,20 +203,20 @@ class ModesResult(StudyResult):
         columns["what moves most"] = [mode["kind"] for mode in modes]
         frequencies = [f"{mode['frequency_Hz']:10.1f}" for mode in modes]
         yield ColumnTable(frequencies, columns, "natural\nfrequency\n[Hz]", title)
-        if left := values["modes"][len(modes) :]:
-            ends = (left[0]["frequency_Hz"], left[-1]["frequency_Hz"])
+        if others := values["modes"][len(modes) :]:
+            ends = (others[0]["frequency_Hz"], others[-1]["frequency_Hz"])
             yield (
-                f"{pluralize(len(left), 'more mode')}, {ends[0]:.1f} to {ends[1]:.1f} "
-                "Hz, which the bodies add: all by -o or --json"
+                f"{pluralize(len(others), 'more mode')}, {ends[0]:.1f} to "
+                f"{ends[1]:.1f} Hz, which the bodies add: all by -o or --json"
             )
 
-    def _shown(self, modes: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    def _modes_in_page(self, modes: list[dict[str, Any]]) -> list[dict[str, Any]]:
         """The lowest modes, as many as the train has with rigid bodies."""
         if self.system is None:
             return modes
         return modes[: self.system.modes.frequency_Hz.size]
 
-    def _energies(self, modes: list[dict[str, Any]]) -> dict[str, list[str]]:
+    def _energy_columns(self, modes: list[dict[str, Any]]) -> dict[str, list[str]]:
         """Columns of the parts of the strain energy, which add up to 100 %."""
         meshes = range(len(self.origins))
         if len(meshes) > MAX_COLUMNS:
@@ -223,9 +233,9 @@ class ModesResult(StudyResult):
                 ]
                 for m in meshes
             }
-        for kind, parts in self._elsewhere.items():
+        for kind, parts in self._parts_without_mesh.items():
             if any(abs(part) > MIN_SHOWN_ENERGY for part in parts):
-                columns[ELSEWHERE[kind]] = [
+                columns[COLUMN_OF_SPRINGS[kind]] = [
                     f"{100.0 * max(part, 0.0):.1f}" for part in parts[: len(modes)]
                 ]
         return columns

@@ -12,7 +12,7 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import group, refusal, setting, setting_of
 from fegear.studies.study import NO_PICTURES, Study
@@ -70,7 +70,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         RPM,
         metavar="RPM",
     )
-    source: StiffnessSource = group(FE_SETTINGS)
+    excitation: ExcitationSettings = group(FE_SETTINGS)
 
     @property
     def gears(self) -> GearSet:
@@ -94,17 +94,17 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
                 "needs a planetary set and {translations}, whose modes depend on it"
             )
             raise refusal(self, "rpm", needed)
-        by_averages = self.stiffness in ("fe", "given")
-        solve = self._of_averages if by_averages else self._under_load
+        is_by_averages = self.stiffness in ("fe", "given")
+        solve = self._modes_of_averages if is_by_averages else self._modes_under_load
         yield Task("modes", partial(solve, self.load))
 
-    def _under_load(self, load: float | None, job: Job) -> ModesResult:
+    def _modes_under_load(self, load: float | None, job: Job) -> ModesResult:
         torque, gears = load or 0.0, self.gears
         model = LumpedModel(
             number="coupled",
             translations=self.translations,
             bearings="linear",
-            stiffness=self.source,
+            excitation=self.excitation,
         )
         if self.stiffness == "auto":
             system, reason = system_of_modes(gears, torque, model)
@@ -113,26 +113,28 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         origin = f"at {torque:g} N m on the input gear"
         if system.contacts is None:
             origins = [f"average of model 1 {origin}"] * len(gears.meshes)
-            modes = self._at_speed(system.train, system.modes)
+            modes = self._modes_at_speed(system.train, system.modes)
             return self._result(load, system.train, modes, origins, reason=reason)
         origins = [f"tangent of the coupled model {origin}"] * len(gears.meshes)
         at_rest = modes_under_load(system)
-        modes = self._at_speed(system.train, at_rest, system)
+        modes = self._modes_at_speed(system.train, at_rest, system)
         averages = [] if self.rpm else averages_of_modes(system, at_rest)
         return self._result(
             load, system.train, modes, origins, system, tuple(averages), reason
         )
 
-    def _of_averages(self, load: float | None, job: Job) -> ModesResult:
+    def _modes_of_averages(self, load: float | None, job: Job) -> ModesResult:
         torque = load or 0.0
-        use_given = self.stiffness == "given"
-        stiffnesses = mean_stiffnesses(self.gears, torque, self.source, use_given)
+        has_given_stiffness = self.stiffness == "given"
+        stiffnesses = mean_stiffnesses(
+            self.gears, torque, self.excitation, has_given_stiffness
+        )
         train = train_of(self.gears, torque, self.translations)
         modes = natural_modes(train, [value for value, _ in stiffnesses])
         origins = [origin for _, origin in stiffnesses]
-        return self._result(load, train, self._at_speed(train, modes), origins)
+        return self._result(load, train, self._modes_at_speed(train, modes), origins)
 
-    def _at_speed(
+    def _modes_at_speed(
         self, train: Train, modes: Modes, system: LumpedSystem | None = None
     ) -> Modes:
         """Modes at the speed, those at rest without one."""

@@ -30,7 +30,7 @@ from lumped.steady.response import RESPONSE_QUANTITIES
 from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import load_sharing
 
-LINES = 5  # largest ones of a spectrum, in the summary
+SPECTRUM_LINES = 5  # largest ones of a spectrum, in the summary
 
 ROWS = {  # of the screen, with the key of a mesh and its factor
     "RMS of dynamic transmission error [um]": ("dte_rms_m", 1e6),
@@ -41,7 +41,7 @@ ROWS = {  # of the screen, with the key of a mesh and its factor
     "back side [% of the time]": ("back_side_fraction", 100.0),
 }
 
-PLANETS: Columns = {
+PLANET_COLUMNS: Columns = {
     "planet": lambda row: str(row["planet"]),
     "at rest": cell("load_share_at_rest", scale=100.0),
     "in motion": cell("load_share", scale=100.0),
@@ -73,7 +73,7 @@ class MotionResult(StudyResult):
             "shown_time_s": float(motion.history.time[-1]),
             "section_points": len(motion.section_rate),
             "meshes": [_mesh_summary(motion, m) for m in range(len(motion.pairs))],
-            "planets": _planets(motion),
+            "planets": _planet_rows(motion),
             "warnings": list(self.facts.warnings),
         }
 
@@ -117,7 +117,9 @@ class MotionResult(StudyResult):
                 f"body modes of the gears {values['body_modes']}; those left out: "
                 f"{values['body_modes_left_out']}",
             )
-        columns = {f"mesh {mesh['mesh']}": _cells(mesh) for mesh in values["meshes"]}
+        columns = {
+            f"mesh {mesh['mesh']}": _mesh_cells(mesh) for mesh in values["meshes"]
+        }
         labels = [
             *ROWS,
             "repeats after periods of the mesh",
@@ -125,7 +127,7 @@ class MotionResult(StudyResult):
         ]
         yield ColumnTable(labels, columns)
         if values["planets"]:
-            yield RowTable(values["planets"], PLANETS, "Load shares [%]", ())
+            yield RowTable(values["planets"], PLANET_COLUMNS, "Load shares [%]", ())
         for mesh in values["meshes"]:
             if "efficiency" in mesh:
                 yield (
@@ -143,7 +145,7 @@ class MotionResult(StudyResult):
                 )
 
 
-def _cells(mesh: dict[str, Any]) -> list[str]:
+def _mesh_cells(mesh: dict[str, Any]) -> list[str]:
     cells = [number(factor * mesh[name]) for name, factor in ROWS.values()]
     lines = (
         f"{1e6 * line['amplitude_m']:.3g} at {line['frequency_Hz']:.6g} Hz"
@@ -165,12 +167,12 @@ def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
         **figures,
         "engaged_pairs": sorted({int(count) for count in pairs.count}),
         "contact_conditions": dict(pairs.conditions),
-        **_losses(motion, m),
+        **_mesh_losses(motion, m),
         "largest_lines": _largest_lines(motion, m),
     }
 
 
-def _planets(motion: TimeHistory) -> list[dict[str, float]]:
+def _planet_rows(motion: TimeHistory) -> list[dict[str, float]]:
     """Load shares of the planets of a planetary set, empty for other trains."""
     train, history = motion.system.train, motion.history
     if train.carrier is None:
@@ -188,7 +190,7 @@ def _planets(motion: TimeHistory) -> list[dict[str, float]]:
     ]
 
 
-def _losses(motion: TimeHistory, m: int) -> dict[str, float]:
+def _mesh_losses(motion: TimeHistory, m: int) -> dict[str, float]:
     """What friction takes from a mesh over the motion; empty without friction."""
     if motion.transmitted_power is None:
         return {}
@@ -208,7 +210,7 @@ def _losses(motion: TimeHistory, m: int) -> dict[str, float]:
 
 def _largest_lines(motion: TimeHistory, m: int) -> list[dict[str, float]]:
     """The largest lines of the spectrum by falling amplitude, without the mean."""
-    order = 1 + motion.spectrum[1:, m].argsort(kind="stable")[::-1][:LINES]
+    order = 1 + motion.spectrum[1:, m].argsort(kind="stable")[::-1][:SPECTRUM_LINES]
     places = motion.spectrum_frequency[order], motion.spectrum[order, m]
     return [
         {"frequency_Hz": float(frequency), "amplitude_m": float(amplitude)}

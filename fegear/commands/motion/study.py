@@ -36,9 +36,9 @@ class MotionProblem(OneSpeedProblem):
     study: Motion
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("motion", self._settled)
+        yield Task("motion", self._solve_motion)
 
-    def _settled(self, job: Job) -> MotionResult:
+    def _solve_motion(self, job: Job) -> MotionResult:
         """The motion; DivergedError where it has no bound."""
         study, torque = self.study, self.single_torque
         state, observer = self.start_state(job)

@@ -12,7 +12,7 @@ from fegear.commands.new.rexs import ENDINGS, RexsGearSet, convert_gearbox, read
 from fegear.files.errors import InputError
 from fegear.files.output import path_of, write_text
 from fegear.files.printable import printable
-from fegear.files.templates import TEMPLATES, template_text
+from fegear.files.templates import TEMPLATE_PACKAGES, template_text
 from fegear.gearset.read import read_gear_set
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Task
@@ -66,8 +66,8 @@ class NewFile(Study, command="new", example="new pair -o my-pair.toml"):
             raise InputError(
                 f"{source} = {self.source}; kind {self.kind} excludes it, leave one out"
             )
-        if not self.source and self.kind not in TEMPLATES:
-            kind, kinds = self.kind or "nothing", ", ".join(TEMPLATES)
+        if not self.source and self.kind not in TEMPLATE_PACKAGES:
+            kind, kinds = self.kind or "nothing", ", ".join(TEMPLATE_PACKAGES)
             raise InputError(f"kind = {kind}; allowed are {kinds}, or {source} FILE")
 
     def tasks(self) -> Iterator[Task]:

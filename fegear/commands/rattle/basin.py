@@ -16,13 +16,14 @@ import numpy as np
 from fegear.commands.rattle.machine_studies import (
     MAX_RETURNS,
     MIN_RETURNS,
+    Z_95,
     MachineStudy,
     default_returns,
     not_converged_warning,
 )
 from fegear.commands.rattle.machines import NamedMachine, parameters
 from fegear.files.codes import with_code
-from fegear.files.output import write_whole
+from fegear.files.output import write_bytes
 from fegear.studies.page import Columns, Page, RowTable, cell, heading
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import Draw, StudyResult
@@ -34,7 +35,6 @@ from lumped.figures.rattle import draw_basins
 from lumped.rattle import basins as of
 from lumped.rattle.return_map import DEFAULT_RETURNS, settling_returns
 
-Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
 MAX_CELLS = 6324  # per side: 40 million cells of 48 bytes each
 DEFAULT_CELLS, MIN_CELLS = 400, 20  # a side
 
@@ -73,15 +73,23 @@ class Basins(
     )
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("tiles", self._found)
+        yield Task("tiles", self._find_basins)
 
-    def _found(self, job: Job) -> BasinsResult:
+    def _find_basins(self, job: Job) -> BasinsResult:
         machine = self.named.machine
         iterations = self.iterations or default_returns(settling_returns(machine))
         side = self.grid or default_side(iterations)
-        how = machine, of.InitialGrid(side=side, velocity=self.speeds), iterations
-        settled = of.settle_grid(*how, partial(job.compute, "tiles of cells"))
-        return BasinsResult(self, self.named, of.basins_of(*how, settled))
+        grid_arguments = (
+            machine,
+            of.InitialGrid(side=side, velocity=self.speeds),
+            iterations,
+        )
+        settled_cells = of.settle_grid(
+            *grid_arguments, partial(job.compute, "tiles of cells")
+        )
+        return BasinsResult(
+            self, self.named, of.basins_of(*grid_arguments, settled_cells)
+        )
 
 
 def default_side(iterations: int) -> int:
@@ -108,7 +116,9 @@ class BasinsResult(StudyResult):
             "cells_a_side": basins.grid.side,
             "velocity_rad_per_turn": list(basins.grid.velocity),
             "iterations": basins.iterations,
-            "attractors": [self._values_of(i) for i in range(len(basins.attractors))],
+            "attractors": [
+                self._attractor_values(i) for i in range(len(basins.attractors))
+            ],
             "undecided_fraction": undecided,
             "basin_entropy": finite_or_none(basins.entropy),
             "warnings": list(self._warnings()),
@@ -122,7 +132,7 @@ class BasinsResult(StudyResult):
                 self.study, undecided, "cells", self.basins.iterations, needed
             )
 
-    def _values_of(self, number: int) -> dict[str, Any]:
+    def _attractor_values(self, number: int) -> dict[str, Any]:
         basins, attractor = self.basins, self.basins.attractors[number]
         fraction, count = float(basins.fractions[number]), basins.grid.cells
         error = math.sqrt(fraction * (1.0 - fraction) / count)
@@ -166,7 +176,7 @@ class BasinsResult(StudyResult):
         }
         out = io.BytesIO()
         np.savez_compressed(out, **arrays)
-        write_whole(Path(path), lambda beside: beside.write_bytes(out.getvalue()))
+        write_bytes(path, out.getvalue())
 
     @property
     def figures(self) -> dict[str, Draw]:

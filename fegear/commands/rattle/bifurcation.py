@@ -18,7 +18,7 @@ from fegear.commands.rattle.orbit_search import (
     find_bifurcations,
 )
 from fegear.files.errors import InputError
-from fegear.files.speed_ranges import limits_of
+from fegear.files.speed_ranges import parsed_limits
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import display_name, refusal, setting
 from fegear.studies.study import Study
@@ -95,17 +95,23 @@ class OrbitBifurcations(
         limits = {}
         for text in self.over:
             name, _, values = text.partition("=")
-            wrong = f"over = {text}; must be KEY=A:B"
+            refusal_text = f"over = {text}; must be KEY=A:B"
             if name not in FIGURES:
-                raise InputError(f"{wrong}, KEY one of {', '.join(FIGURES)}")
-            limits[name] = limits_of(wrong, values)
+                raise InputError(f"{refusal_text}, KEY one of {', '.join(FIGURES)}")
+            limits[name] = parsed_limits(refusal_text, values)
         return limits
 
     @property
     def plane(self) -> Plane | None:
         """How curves over two figures are found."""
-        others = [(FIGURES[name], limits) for name, limits in self.axes.items()][1:]
-        return plane_of(self.search, *others[0]) if others else None
+        figures_and_limits = [
+            (FIGURES[name], limits) for name, limits in self.axes.items()
+        ][1:]
+        return (
+            plane_of(self.search, *figures_and_limits[0])
+            if figures_and_limits
+            else None
+        )
 
     @property
     def search(self) -> OrbitSearch:
@@ -123,21 +129,21 @@ class OrbitBifurcations(
 
     def tasks(self) -> Iterator[Task]:
         for name, limits in self.axes.items():
-            self._require(name, limits)
-        yield Task("values", self._found)
+            self._require_varied_figure(name, limits)
+        yield Task("values", self._find_bifurcations)
 
-    def _require(self, name: str, limits: tuple[float, float]) -> None:
+    def _require_varied_figure(self, name: str, limits: tuple[float, float]) -> None:
         """Refuse to vary what changes nothing, is given as well, or is impossible."""
         named, figure, overrides = self.named, FIGURES[name], self.machine.overrides
         over = f"{display_name(self, 'over')} {name}"
-        fixed = partial(refusal, self.machine)
+        fixed_refusal = partial(refusal, self.machine)
         if overrides.get(figure) is not None:
-            raise fixed(name, f"{over} replaces it, leave it out")
+            raise fixed_refusal(name, f"{over} replaces it, leave it out")
         if figure == "restitution" and not named.machine.is_impact:
             raise InputError(f"{over}; belongs to impacts, {named.name} has none")
         if name == "kappa" and self.machine.restitution is not None:
             reason = f"belongs to impacts, {over} gives flanks a stiffness"
-            raise fixed("restitution", reason)
+            raise fixed_refusal("restitution", reason)
         if figure == "ripple_phase" and not named.machine.ripple:
             raise InputError(f"{over}; {named.name} has no torque ripple")
         for limit in limits:
@@ -146,11 +152,11 @@ class OrbitBifurcations(
             except ValueError as error:
                 raise InputError(f"{over}; {error}") from None
 
-    def _found(self, job: Job) -> BifurcationResult | ExistenceResult:
+    def _find_bifurcations(self, job: Job) -> BifurcationResult | ExistenceResult:
         machine, plane = self.named.machine, self.plane
-        how = partial(job.compute, "orbits and long runs"), job.report
+        computing = partial(job.compute, "orbits and long runs"), job.report
         if plane is None:
-            diagram = find_bifurcations(machine, self.search, *how)
+            diagram = find_bifurcations(machine, self.search, *computing)
             return BifurcationResult(self, self.named, diagram)
-        curves = find_existence(machine, plane, *how)
+        curves = find_existence(machine, plane, *computing)
         return ExistenceResult(self, self.named, plane, curves)

@@ -121,7 +121,7 @@ class BifurcationResult(OverFigures):
             "over": self.columns[0],
             "from": low,
             "to": high,
-            "branches": [_of_branch(branch) for branch in diagram.branches],
+            "branches": [_branch_entry(branch) for branch in diagram.branches],
             "long_runs": search.runs,
             "liftoffs_of_long_runs": len(diagram.settled),
             "undecided_long_runs": len(diagram.not_converged),
@@ -152,7 +152,7 @@ class BifurcationResult(OverFigures):
             f"{pluralize(len(values['branches']), 'branch', 'branches')}"
         )
         if not values["branches"]:
-            yield _none_found(self.study)
+            yield _no_orbit_text(self.study)
         for place, branch in enumerate(values["branches"], start=1):
             yield (
                 f"branch {place}: {branch['name']}, "
@@ -201,7 +201,7 @@ class ExistenceResult(OverFigures):
             **self.named.heading,
             **self.fixed,
             "over": self.columns,
-            "curves": [_of_curve(curve) for curve in self.curves],
+            "curves": [_curve_entry(curve) for curve in self.curves],
         }
 
     @property
@@ -214,7 +214,7 @@ class ExistenceResult(OverFigures):
         first, second = self.columns
         yield f"{first} and {second}, {pluralize(len(curves), 'curve', 'curves')}"
         if not curves:
-            yield _none_found(self.study)
+            yield _no_orbit_text(self.study)
         for place, curve in enumerate(curves, start=1):
             both = ("({:.6g}, {:.6g})".format(*curve[key]) for key in ("from", "to"))
             yield (
@@ -226,12 +226,12 @@ class ExistenceResult(OverFigures):
                 yield "  {} at ({:.7g}, {:.7g})".format(meeting["kind"], *meeting["at"])
 
 
-def _none_found(study: Any) -> str:
+def _no_orbit_text(study: Any) -> str:
     starts = display_name(study, "starts")
     return f"nothing was found at the values looked at; {starts} looks at more"
 
 
-def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
+def _branch_entry(branch: OrbitBranch) -> dict[str, Any]:
     values = [point.parameter for point in branch.points]
     return {
         "name": branch.itinerary.name,
@@ -252,7 +252,7 @@ def _of_branch(branch: OrbitBranch) -> dict[str, Any]:
     }
 
 
-def _of_curve(curve: BifurcationCurve) -> dict[str, Any]:
+def _curve_entry(curve: BifurcationCurve) -> dict[str, Any]:
     first, last = curve.points[0], curve.points[-1]
     return {
         "name": curve.itinerary.name,

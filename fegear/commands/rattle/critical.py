@@ -18,7 +18,7 @@ from fegear.studies.study import Study
 from fegear.studies.table import Table
 
 MIN_SHOWN = 1e-3  # per cent per cent
-LIMITS = {  # whose changes are shown
+LIMIT_TITLES = {  # whose changes are shown
     "critical_sensitivity": "critical eccentricity",
     "least_quiet_sensitivity": "least quiet eccentricity",
 }
@@ -39,9 +39,9 @@ class RattleThreshold(
     machine: LoadMachineRef
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("quiet", self._found)
+        yield Task("quiet", self._find_thresholds)
 
-    def _found(self, job: Job) -> CriticalResult:
+    def _find_thresholds(self, job: Job) -> CriticalResult:
         named = self.machine.named
         return CriticalResult(self, named, contact_limits(named))
 
@@ -60,8 +60,8 @@ class CriticalResult(StudyResult):
         percents = "percent_for_1_percent_less", "percent_for_1_percent_more"
         names = "parameter", "limit", *percents
         rows = [
-            (name, limit, *_both(slope))
-            for key, limit in LIMITS.items()
+            (name, limit, *_slopes_of_both_sides(slope))
+            for key, limit in LIMIT_TITLES.items()
             for name, slope in self.summary[key].items()
             if slope is not None
         ]
@@ -70,7 +70,7 @@ class CriticalResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         yield from heading(self.named)
-        yield f"eccentricity {values['eccentricity_rad']:g} rad, {_window(values)}"
+        yield f"eccentricity {values['eccentricity_rad']:g} rad, {_window_text(values)}"
         if values["quiet_motion_exists"]:
             margin = values["least_contact_load_over_mean"]
             yield (
@@ -85,15 +85,15 @@ class CriticalResult(StudyResult):
             values["eccentricity_rad"],
         )
         if "driving_eccentricity_rad" in values:
-            yield _of_gears(values)
+            yield _assembly_text(values)
         if values["ripple"]:
             without = values["critical_without_ripple_rad"]
             yield f"critical eccentricity without torque ripple {without:.4g} rad"
-        for key, limit in LIMITS.items():
-            yield from _changes(values[key], limit)
+        for key, limit in LIMIT_TITLES.items():
+            yield from _changes_by_figures(values[key], limit)
 
 
-def _window(values: Mapping[str, Any]) -> str:
+def _window_text(values: Mapping[str, Any]) -> str:
     """Eccentricities with permanent contact."""
     lowest = values["least_quiet_eccentricity_rad"]
     critical = values["critical_eccentricity_rad"]
@@ -107,36 +107,38 @@ def _window(values: Mapping[str, Any]) -> str:
     return f"critical {critical:.4g} rad"
 
 
-def _changes(slopes: Mapping[str, Slope | None], limit: str) -> Page:
+def _changes_by_figures(slopes: Mapping[str, Slope | None], limit: str) -> Page:
     """Sensitivities of a limit to the parameters, the largest first."""
     finite_slopes = {name: slope for name, slope in slopes.items() if slope is not None}
     for name, slope in sorted(
-        finite_slopes.items(), key=lambda both: -_largest(both[1])
+        finite_slopes.items(), key=lambda both: -_largest_slope(both[1])
     ):
-        if _largest(slope) < MIN_SHOWN:
+        if _largest_slope(slope) < MIN_SHOWN:
             continue
         if isinstance(slope, tuple):
-            less, more = map(_percent, slope)
+            less, more = map(_percent_text, slope)
             yield f"1 % more {name}: {more} {limit}, 1 % less: {less}"
         else:
-            yield f"1 % more {name}: {_percent(slope)} {limit}"
+            yield f"1 % more {name}: {_percent_text(slope)} {limit}"
 
 
-def _both(slope: Slope) -> tuple[float | None, float | None]:
+def _slopes_of_both_sides(slope: Slope) -> tuple[float | None, float | None]:
     """For one per cent less and more."""
     return slope if isinstance(slope, tuple) else (-slope, slope)
 
 
-def _percent(change: float | None) -> str:
+def _percent_text(change: float | None) -> str:
     return "no" if change is None else f"{change:+.3g} %"
 
 
-def _largest(slope: Slope) -> float:
+def _largest_slope(slope: Slope) -> float:
     """The largest eccentricity; beyond all values where there is no limit."""
-    return max(inf if side is None else abs(side) for side in _both(slope))
+    return max(
+        inf if side is None else abs(side) for side in _slopes_of_both_sides(slope)
+    )
 
 
-def _of_gears(values: Mapping[str, Any]) -> str:
+def _assembly_text(values: Mapping[str, Any]) -> str:
     """What assembling the gears at another angle would change."""
     driving, driven = (
         values[f"{side}_eccentricity_rad"] for side in ("driving", "driven")

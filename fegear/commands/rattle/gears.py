@@ -19,6 +19,7 @@ from fegear.files.toml import toml_value
 from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.schema import MIN_TORQUE
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
 from fegear.statics.table_warnings import table_warnings
@@ -34,14 +35,13 @@ from fegear.studies.settings import (
 )
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains.gear_sets import GearSetRef, mesh_index, mesh_setting
-from fegear.studies.trains.loads import MIN_TORQUE
 from lumped.common.options import Range
+from lumped.common.units import UM
 from lumped.rattle.assembly import Assembly, Shafts
 from lumped.rattle.machine import Machine
 from lumped.rattle.permanent_contact import quiet_motion
 
 ABOVE = Range(above=0.0, below=math.inf)
-UM = 1e-6
 OF_MESH = (
     "mean_stiffness_N_per_m",
     "peak_to_peak_over_mean",
@@ -108,9 +108,9 @@ class MachineFromGears(
 
     def tasks(self) -> Iterator[Task]:
         self.pair.require()
-        yield Task("stiffness", self._found)
+        yield Task("stiffness", self._build_machine)
 
-    def _found(self, job: Job) -> MachineOfGearsResult:
+    def _build_machine(self, job: Job) -> MachineOfGearsResult:
         pair = self.pair
         place = pair.gear_set, self.mesh - 1, (pair.torque,)
         solved = solve_mesh(*place, self.elements, job.report)
@@ -180,7 +180,7 @@ class Pair:
             )
         if not self.torque >= MIN_TORQUE:
             raise InputError(
-                f"drag of the driven shaft = {self.torque:g} N m; allowed from "
+                f"drag of the driven shaft = {self.torque:g} N m; must be from "
                 f"{MIN_TORQUE:g}"
             )
 

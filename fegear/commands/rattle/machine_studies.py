@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from fegear.files.codes import with_code
 from fegear.files.contents import exact_repr
-from fegear.files.speed_ranges import limits_of
+from fegear.files.speed_ranges import parsed_limits
 from fegear.studies.settings import argument, display_name, require_settings, setting
 from lumped.common.options import Range
 from lumped.rattle.return_map import DEFAULT_RETURNS
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from fegear.commands.rattle.machines import NamedMachine
 
 MIN_RETURNS, MAX_RETURNS = 100, 10_000_000  # until motions count as settled
+Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
 POSITIVE = Range(1e-9, 1e9)
 NAME = "Built-in machine or path of a TOML file."
 
@@ -31,7 +32,9 @@ def limits(name: str, text: str = SPEEDS) -> Any:
     """A setting of two rising values from 0 on, A:B as text, None by default."""
 
     def read(value: str) -> tuple[float, float]:
-        return limits_of(f"{name} = {value}; must be A:B from 0 on", value, least=0.0)
+        return parsed_limits(
+            f"{name} = {value}; must be A:B from 0 on", value, least=0.0
+        )
 
     def write(values: tuple[float, float]) -> str:
         return f"{values[0]!r}:{values[1]!r}"
@@ -107,6 +110,11 @@ class LoadMachineRef(LoadParameters):
     """A machine by its name, with overridden parameters."""
 
     name: str = argument("MACHINE", NAME, reads=True)
+
+    @classmethod
+    def of(cls, value: str) -> Self:
+        """A machine by its name."""
+        return cls(name=value)
 
     @cached_property
     def named(self) -> NamedMachine:

@@ -246,26 +246,30 @@ def load_machine(
     if name_or_path in builtin_names():
         raise InputError(f"{name_or_path}: {OF_A_GEAR_SET}")
     if name_or_path in names:
-        text = (_folder() / f"{name_or_path}.toml").read_text("utf-8")
+        text = (_machine_folder() / f"{name_or_path}.toml").read_text("utf-8")
     else:
         text = read_text(path_of(name_or_path, "machine", names))
     try:
-        return _named(with_values(parsed_toml(text), edits or {}), changes or {})
+        return _machine_from_tables(
+            with_values(parsed_toml(text), edits or {}), changes or {}
+        )
     except (InputError, ValueError) as error:
         raise InputError(f"{name_or_path}: {error}") from None
 
 
 def machine_names() -> list[str]:
     """Names of the machines that come with the program, sorted."""
-    files = (Path(item.name) for item in _folder().iterdir())
+    files = (Path(item.name) for item in _machine_folder().iterdir())
     return sorted(file.stem for file in files if file.suffix == ".toml")
 
 
-def _folder() -> Traversable:
+def _machine_folder() -> Traversable:
     return resources.files("fegear.commands.rattle") / "machines"
 
 
-def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:
+def _machine_from_tables(
+    tables: dict[str, Any], changes: Mapping[str, Any]
+) -> NamedMachine:
     if "gear" in tables:
         raise InputError(OF_A_GEAR_SET)
     require_kind(tables, "machine")
@@ -273,7 +277,7 @@ def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:
         file = MachineFile.model_validate(tables)
     except ValidationError as error:
         raise InputError(first_problem(error, tables, MachineFile)) from None
-    figures = _values(file.machine)
+    figures = _converted_values(file.machine)
     gears = [figures.pop(name.removesuffix("_rad")) for name in GEAR_ECCENTRICITY_KEYS]
     of_gears = None if gears[0] is None else (gears[0], gears[1], gears[2])
     if of_gears is not None:
@@ -298,13 +302,13 @@ def _named(tables: dict[str, Any], changes: Mapping[str, Any]) -> NamedMachine:
     )
 
 
-def _values(keys: Keys) -> dict[str, Any]:
+def _converted_values(keys: Keys) -> dict[str, Any]:
     return {name.removesuffix("_rad"): value for name, value in dict(keys).items()}
 
 
 def _part(name: str, keys: Keys) -> Any:
     try:
-        return PARTS[name](**_values(keys))
+        return PARTS[name](**_converted_values(keys))
     except ValueError as error:
         raise InputError(f"{name}: {error}") from None
 

@@ -106,28 +106,28 @@ class Manifolds(
             )
             raise InputError(f"orbit = {self.orbit}; saddles that are found: {names}")
         for number, orbit in enumerate(orbits):
-            yield Task(f"{SADDLE} {number}", partial(self._grown, orbit))
-        yield Task("grazing", self._grazing)
+            yield Task(f"{SADDLE} {number}", partial(self._grow_manifolds, orbit))
+        yield Task("grazing", self._grazing_curves)
         if self.grid is not None:
-            yield Task("basins", partial(self._basins, self.grid))
+            yield Task("basins", partial(self._compute_basins, self.grid))
 
     @property
     def _fineness(self) -> Fineness:
         return Fineness(spacing=self.spacing)
 
-    def _grown(self, orbit: Orbit, job: Job) -> list[Manifold]:
-        grown: list[Manifold] = []
+    def _grow_manifolds(self, orbit: Orbit, job: Job) -> list[Manifold]:
+        grown_manifolds: list[Manifold] = []
         for number, is_stable in enumerate((True, False)[: 1 + self.unstable]):
             job.report(f"manifolds of {orbit.name}", number, 1 + self.unstable)
-            how = orbit, is_stable, self.length, self._fineness
-            grown += grow_manifolds(self.named.machine, *how)
-        return grown
+            curve_arguments = orbit, is_stable, self.length, self._fineness
+            grown_manifolds += grow_manifolds(self.named.machine, *curve_arguments)
+        return grown_manifolds
 
-    def _grazing(self, job: Job) -> list[PlaneCurve]:
+    def _grazing_curves(self, job: Job) -> list[PlaneCurve]:
         machine, numbers = self.named.machine, range(self.preimages + 1)
         return [grazing_curve(machine, before, self._fineness) for before in numbers]
 
-    def _basins(self, side: int, job: Job) -> BasinMap:
+    def _compute_basins(self, side: int, job: Job) -> BasinMap:
         cells = Cells(side=side, velocity=self.speeds)
         compute = partial(job.compute, "tiles of cells")
         settled = settle_grid(self.named.machine, cells, DEFAULT_RETURNS, compute)
@@ -135,8 +135,8 @@ class Manifolds(
 
     def gather(self, results: Mapping[str, Any]) -> ManifoldsResult:
         grazing, basins = results["grazing"], results.get("basins")
-        grown = (results[key] for key in results if key.startswith(SADDLE))
-        manifolds = [*chain.from_iterable(grown)]
+        grown_manifolds = (results[key] for key in results if key.startswith(SADDLE))
+        manifolds = [*chain.from_iterable(grown_manifolds)]
         return ManifoldsResult(self, self.named, manifolds, grazing, basins)
 
 
@@ -158,7 +158,7 @@ class ManifoldsResult(StudyResult):
             "manifolds": [
                 {
                     "motion": manifold.orbit.name,
-                    "kind": _kind(manifold),
+                    "kind": _stability_name(manifold),
                     "liftoff": list(manifold.departure),
                     "branch": manifold.side,
                     "length": manifold.curve.length,
@@ -184,16 +184,21 @@ class ManifoldsResult(StudyResult):
             *("time_turns", "speed_rad_per_turn"),
         )
         named = self.named
-        fixed = header_of(parameters(named.machine))
+        machine_header = header_of(parameters(named.machine))
         legend = meanings("rattle manifold", *LEGEND)
-        return Table(names, self._rows, {"machine": named.name, **fixed, **legend})
+        return Table(
+            names, self._rows, {"machine": named.name, **machine_header, **legend}
+        )
 
     def _rows(self) -> Iterator[tuple[Any, ...]]:
         curves = [
             (curve, "grazing", "grazing", before, 0)
             for before, curve in enumerate(self.grazing)
         ]
-        curves += [(m.curve, m.orbit.name, _kind(m), 0, m.side) for m in self.manifolds]
+        curves += [
+            (m.curve, m.orbit.name, _stability_name(m), 0, m.side)
+            for m in self.manifolds
+        ]
         for number, (curve, *labels) in enumerate(curves, 1):
             points = zip(curve.lengths.tolist(), curve.points.tolist(), strict=True)
             for length, (time, speed) in points:
@@ -203,31 +208,37 @@ class ManifoldsResult(StudyResult):
     def figures(self) -> dict[str, Draw]:
         """Curves over basins where they are asked for."""
         curves = [
-            (f"pre-image {before} of grazing" if before else "grazing", curve)
+            (
+                f"pre-image {before} of grazing" if before else "grazing",
+                curve,
+            )
             for before, curve in enumerate(self.grazing)
         ]
-        curves += [(_name(_kind(m), m.orbit.name), m.curve) for m in self.manifolds]
+        curves += [
+            (_manifold_name(_stability_name(m), m.orbit.name), m.curve)
+            for m in self.manifolds
+        ]
         marks = [manifold.departure for manifold in self.manifolds]
         title = f"{self.named.name}: {axis_labels(self.named.machine)}"
-        how = curves, marks, self.study.speeds, title, self.basins
-        return {"plot": partial(draw_curves, *how)}
+        curve_arguments = curves, marks, self.study.speeds, title, self.basins
+        return {"plot": partial(draw_curves, *curve_arguments)}
 
     def page(self) -> Page:
         values = self.summary
         yield from heading(self.named)
         rows = [
             {
-                "curve": _name(manifold["kind"], manifold["motion"]),
+                "curve": _manifold_name(manifold["kind"], manifold["motion"]),
                 **dict(zip(("time", "speed"), manifold["liftoff"], strict=True)),
                 **manifold,
             }
             for manifold in values["manifolds"]
         ]
-        nothing = {"time": None, "speed": None, "branch": None}
+        no_liftoff = {"time": None, "speed": None, "branch": None}
         for curve in values["grazing_curves"]:
             before = curve["returns_before"]
             name = f"pre-image {before} of it" if before else "grazing curve"
-            rows.append({"curve": name, **nothing, **curve})
+            rows.append({"curve": name, **no_liftoff, **curve})
         columns: Columns = {
             "curve": itemgetter("curve"),
             "at time\n[turns]": cell("time"),
@@ -243,9 +254,9 @@ class ManifoldsResult(StudyResult):
             yield "no saddle was found"
 
 
-def _kind(manifold: Manifold) -> str:
+def _stability_name(manifold: Manifold) -> str:
     return "stable" if manifold.is_stable else "unstable"
 
 
-def _name(kind: str, motion: str) -> str:
+def _manifold_name(kind: str, motion: str) -> str:
     return f"{kind} manifold of {motion}"

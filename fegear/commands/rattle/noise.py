@@ -14,6 +14,7 @@ import numpy as np
 from fegear.commands.rattle.machine_studies import (
     MAX_RETURNS,
     MIN_RETURNS,
+    Z_95,
     MachineStudy,
     default_returns,
     not_converged_warning,
@@ -34,8 +35,7 @@ from lumped.rattle import noise as of
 from lumped.rattle.attractors import QUIET
 from lumped.rattle.return_map import DEFAULT_RETURNS, settling_returns
 
-Z_95 = 1.96  # standard errors of an interval that holds the value 19 times of 20
-PARTS = 5, 50, 95  # per cent of the runs that are less loud
+PERCENTS = 5, 50, 95  # per cent of the runs that are less loud
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,26 +70,28 @@ class RattleNoise(
     )
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("runs", self._measured)
+        yield Task("runs", self._measure_noise)
 
-    def _measured(self, job: Job) -> NoiseResult:
+    def _measure_noise(self, job: Job) -> NoiseResult:
         named = self.named
-        assembly, many = named.assembly, bool(named.assembly.more_equations)
+        assembly, has_moving_parts = named.assembly, bool(named.assembly.more_equations)
         starts = of.random_initial_conditions(self.starts, self.speeds, self.seed)
         try:
             settling = (
-                of.settling_turns(assembly) if many else settling_returns(named.machine)
+                of.settling_turns(assembly)
+                if has_moving_parts
+                else settling_returns(named.machine)
             )
         except ValueError as error:
             raise InputError(f"{named.name}: {error}") from None
         iterations = self.iterations or (
-            DEFAULT_RETURNS if many else default_returns(settling)
+            DEFAULT_RETURNS if has_moving_parts else default_returns(settling)
         )
-        how = starts, iterations, self.turns, partial(job.report, "runs")
-        if many:
-            noise = of.measure_noise_of_parts(assembly, *how)
+        run_arguments = starts, iterations, self.turns, partial(job.report, "runs")
+        if has_moving_parts:
+            noise = of.measure_noise_of_parts(assembly, *run_arguments)
         else:
-            noise = of.measure_noise(named.machine, *how)
+            noise = of.measure_noise(named.machine, *run_arguments)
         return NoiseResult(self, self.named, noise, iterations, settling)
 
 
@@ -107,7 +109,7 @@ class NoiseResult(StudyResult):
     settling: float
 
     @property
-    def _how(self) -> dict[str, Any]:
+    def _run_settings(self) -> dict[str, Any]:
         names = "starts", "seed", "iterations", "turns"
         settings = {name: getattr(self.study, name) for name in names}
         return settings | {"iterations": self.iterations}
@@ -120,38 +122,40 @@ class NoiseResult(StudyResult):
         quiet = [
             i for i, attractor in enumerate(noise.attractors) if attractor.name == QUIET
         ]
-        silent = int(np.isin(noise.motion, quiet).sum())
-        spread = float(level.std(ddof=1)) if level.size > 1 else math.nan
-        parts = np.percentile(level, PARTS) if level.size else [math.nan] * len(PARTS)
+        quiet_count = int(np.isin(noise.motion, quiet).sum())
+        deviation = float(level.std(ddof=1)) if level.size > 1 else math.nan
+        percentile_levels = (
+            np.percentile(level, PERCENTS) if level.size else [math.nan] * len(PERCENTS)
+        )
         return {
             **self.named.heading,
             **parameters(noise.machine),
-            **self._how,
+            **self._run_settings,
             "velocity_rad_per_turn": list(self.study.speeds),
             "noise_rad2_per_turn3": _mean(level),
             "noise_ci95_rad2_per_turn3": finite_or_none(
-                Z_95 * spread / math.sqrt(max(level.size, 1))
+                Z_95 * deviation / math.sqrt(max(level.size, 1))
             ),
             "noise_percentiles_rad2_per_turn3": {
-                str(part): finite_or_none(float(value))
-                for part, value in zip(PARTS, parts, strict=True)
+                str(percent): finite_or_none(float(value))
+                for percent, value in zip(PERCENTS, percentile_levels, strict=True)
             },
             "impacts_per_turn": _mean(noise.impacts[valid]),
-            "quiet_probability": silent / count,
+            "quiet_probability": quiet_count / count,
             # undecided runs may be quiet or not
             "quiet_probability_ci95": [
-                proportion_limits(silent, count)[0],
-                proportion_limits(silent + undecided, count)[1],
+                proportion_limits(quiet_count, count)[0],
+                proportion_limits(quiet_count + undecided, count)[1],
             ],
             "undecided_fraction": undecided / count,
             "motions": [
-                self._motion(number, attractor.name)
+                self._motion_entry(number, attractor.name)
                 for number, attractor in enumerate(noise.attractors)
             ],
             "warnings": list(self._warnings(undecided / count)),
         }
 
-    def _motion(self, number: int, name: str) -> dict[str, Any]:
+    def _motion_entry(self, number: int, name: str) -> dict[str, Any]:
         selected = self.noise.motion == number
         valid = selected & np.isfinite(self.noise.level)
         return {
@@ -168,15 +172,15 @@ class NoiseResult(StudyResult):
                     self.study, undecided, "runs", self.iterations, int(self.settling)
                 )
         elif self.iterations < self.settling:
-            lasts = "never"
+            fading_time = "never"
             if math.isfinite(self.settling):
                 option = display_name(self.study, "iterations")
-                lasts = f"in {self.settling:.0f} turns ({option})"
+                fading_time = f"in {self.settling:.0f} turns ({option})"
             yield with_code(
                 "W23",
-                f"transients of the parts fade to {of.INAUDIBLE:g} {lasts}, runs are "
-                f"given {self.iterations}: noise may still fall, unless impacts end "
-                "them",
+                f"transients of the parts fade to {of.INAUDIBLE:g} {fading_time}, runs "
+                f"are given {self.iterations}: noise may still fall, unless impacts "
+                "end them",
             )
 
     @property
@@ -197,8 +201,10 @@ class NoiseResult(StudyResult):
             "machine": self.named.name,
             **header_of(parameters(noise.machine)),
         }
-        how = {"velocity_rad_per_turn": f"{low}:{high}", **self._how}
-        return Table.of(columns, header | {key: str(how[key]) for key in how})
+        run_arguments = {"velocity_rad_per_turn": f"{low}:{high}", **self._run_settings}
+        return Table.of(
+            columns, header | {key: str(run_arguments[key]) for key in run_arguments}
+        )
 
     @property
     def figures(self) -> dict[str, Draw]:
@@ -216,8 +222,8 @@ class NoiseResult(StudyResult):
             f"{self.study.speeds[1]:.4g} rad per turn",
         )
         if values["noise_rad2_per_turn3"] is not None:
-            within = values["noise_ci95_rad2_per_turn3"]
-            error = "" if within is None else f" +- {within:.2g}"
+            error_limit = values["noise_ci95_rad2_per_turn3"]
+            error = "" if error_limit is None else f" +- {error_limit:.2g}"
             yield with_code(
                 "E08",
                 f"noise level {values['noise_rad2_per_turn3']:.4g}{error} "
@@ -248,7 +254,9 @@ def proportion_limits(count: int, of: int) -> tuple[float, float]:
 
     E. B. Wilson, J. Am. Stat. Assoc. 22 (1927) 209.
     """
-    part, square = count / of, Z_95**2 / of
-    middle = (part + 0.5 * square) / (1.0 + square)
-    half = math.sqrt(part * (1.0 - part) * square + 0.25 * square**2) / (1.0 + square)
+    percent, square = count / of, Z_95**2 / of
+    middle = (percent + 0.5 * square) / (1.0 + square)
+    half = math.sqrt(percent * (1.0 - percent) * square + 0.25 * square**2) / (
+        1.0 + square
+    )
     return max(middle - half, 0.0), min(middle + half, 1.0)

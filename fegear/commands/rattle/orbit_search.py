@@ -76,18 +76,20 @@ def find_bifurcations(
 ) -> BifurcationDiagram:
     """Branches of all orbits that are found at some values, and long runs at others."""
     seeds, values = search.seeds, search.values(search.runs)
-    arrays = {**compute(_orbits(machine, search, seeds))}
+    arrays = {**compute(_find_orbits_at_values(machine, search, seeds))}
     arrays |= compute(
         {
-            f"run {value!r}": partial(_rows, settled_departures, at, search.velocity)
-            for value, at in _machines(machine, search, values)
+            f"run {value!r}": partial(
+                _find_rows, settled_departures, at, search.velocity
+            )
+            for value, at in _machines_of_values(machine, search, values)
         }
     )
     for _ in range(MAX_HALVINGS):
         if len(seeds) >= REFINEMENT * len(search.seeds):
             break
-        more = list(_between_differing(seeds, arrays))
-        arrays |= compute(_orbits(machine, search, more))
+        more = list(_values_between_differing(seeds, arrays))
+        arrays |= compute(_find_orbits_at_values(machine, search, more))
         seeds = sorted(seeds + more)
     low, high = search.limits
 
@@ -109,31 +111,33 @@ def find_bifurcations(
     return BifurcationDiagram(branches, settled[clear], settled[~clear, 0])
 
 
-def _rows(find: Callable[..., Array], *args: object) -> Arrays:
+def _find_rows(find: Callable[..., Array], *args: object) -> Arrays:
     """What a function finds, as arrays that can be kept."""
     return {"rows": find(*args)}
 
 
 def orbits_of(machine: Machine, search: OrbitSearch) -> Callable[[], Arrays]:
     """Finds the rows of `orbit_rows` of a machine."""
-    return partial(_rows, orbit_rows, machine, search.max_liftoffs, search.velocity)
+    return partial(
+        _find_rows, orbit_rows, machine, search.max_liftoffs, search.velocity
+    )
 
 
-def _orbits(
+def _find_orbits_at_values(
     machine: Machine, search: OrbitSearch, values: Sequence[float]
 ) -> dict[str, Callable[[], Arrays]]:
-    every = _machines(machine, search, values)
+    every = _machines_of_values(machine, search, values)
     return {f"orbits {value!r}": orbits_of(at, search) for value, at in every}
 
 
-def _machines(
+def _machines_of_values(
     machine: Machine, search: OrbitSearch, values: Sequence[float]
 ) -> Iterator[tuple[float, Machine]]:
     for value in values:
         yield value, machine_with(machine, search.figure, value)
 
 
-def _between_differing(
+def _values_between_differing(
     seeds: Sequence[float], arrays: Mapping[str, Arrays]
 ) -> Iterator[float]:
     """Half way between values at which not the same motions are found."""

@@ -59,9 +59,9 @@ class PeriodicOrbits(
     )
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("motions", self._found)
+        yield Task("motions", self._find_motions)
 
-    def _found(self, job: Job) -> PeriodicResult:
+    def _find_motions(self, job: Job) -> PeriodicResult:
         machine = self.named.machine
         motions = [
             *map(_from_orbit, find_orbits(machine, self.max_liftoffs, self.speeds)),

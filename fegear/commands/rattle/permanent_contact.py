@@ -30,7 +30,7 @@ def contact_limits(named: NamedMachine) -> dict[str, Any]:
     motion = quiet_motion(assembly)
     lowest, critical = motion.window or (None, None)
     margin = motion.contact_margin
-    of_lowest, of_critical = _sensitivities(assembly)
+    lowest_sensitivity, critical_sensitivity = _sensitivities(assembly)
     impacts = single_impact_summary(_single_impact(assembly))
     return {
         **named.heading,
@@ -44,9 +44,9 @@ def contact_limits(named: NamedMachine) -> dict[str, Any]:
         "quiet_motion_exists": margin > 0.0,
         "simple_rattle_in_impacts_from_rad": impacts["from_rad"] if impacts else None,
         "single_impact": impacts,
-        **_of_gears(named, motion.window),
-        "critical_sensitivity": of_critical,
-        "least_quiet_sensitivity": of_lowest,
+        **_values_of_gears(named, motion.window),
+        "critical_sensitivity": critical_sensitivity,
+        "least_quiet_sensitivity": lowest_sensitivity,
     }
 
 
@@ -66,7 +66,7 @@ def _single_impact(assembly: Assembly) -> SingleImpact | None:
     return single_impact_of_parts(motions)
 
 
-def _of_gears(
+def _values_of_gears(
     named: NamedMachine, window: tuple[float, float] | None
 ) -> dict[str, float | None]:
     """Eccentricity of each gear, and the largest angle between their long sides."""
@@ -100,25 +100,30 @@ def _phase_of(eccentricity: float, driving: float, driven: float) -> float:
     return math.acos(squares / (2.0 * driving * driven))
 
 
-Vary = Callable[[float], Assembly]
+ScaledAssembly = Callable[[float], Assembly]
 
 
-def _varied(assembly: Assembly) -> Iterator[tuple[str, Vary]]:
+def _parameter_variations(assembly: Assembly) -> Iterator[tuple[str, ScaledAssembly]]:
     """Figures that can help, and the assembly with each times a factor."""
     machine = assembly.machine
     for name in VARIED_PARAMETERS:
         value = getattr(machine, name)
         if value and math.isfinite(value):
-            yield name, partial(_with, assembly, "machine", machine, name)
+            yield (
+                name,
+                partial(_with_scaled_parameter, assembly, "machine", machine, name),
+            )
     for table, part in (("shafts", assembly.shafts), *assembly.beside_shafts):
         for field in fields(part):
             value = getattr(part, field.name)
             if isinstance(value, float) and value:
-                vary = partial(_with, assembly, table, part, field.name)
+                vary = partial(
+                    _with_scaled_parameter, assembly, table, part, field.name
+                )
                 yield f"{table}.{field.name}", vary
 
 
-def _with(
+def _with_scaled_parameter(
     assembly: Assembly, table: str, part: Any, name: str, factor: float
 ) -> Assembly:
     changed = replace(part, **{name: factor * getattr(part, name)})
@@ -138,17 +143,21 @@ def _sensitivities(
     """
     lowest: dict[str, Change] = {}
     critical: dict[str, Change] = {}
-    for name, vary in _varied(assembly):
+    for name, vary in _parameter_variations(assembly):
         windows = [
-            _window(vary, 1.0 + change)
+            _window_of_varied(vary, 1.0 + change)
             for change in (-PERCENT, -DIFFERENCE_STEP, 0.0, DIFFERENCE_STEP, PERCENT)
         ]
         for side, changes in enumerate((lowest, critical)):
-            changes[name] = _change([None if w is None else w[side] for w in windows])
+            changes[name] = _relative_change(
+                [None if w is None else w[side] for w in windows]
+            )
     return lowest, critical
 
 
-def _window(vary: Vary, factor: float) -> tuple[float, float] | None:
+def _window_of_varied(
+    vary: ScaledAssembly, factor: float
+) -> tuple[float, float] | None:
     """None as well of an assembly that is not possible."""
     try:
         return quiet_motion(vary(factor)).window
@@ -156,7 +165,7 @@ def _window(vary: Vary, factor: float) -> tuple[float, float] | None:
         return None
 
 
-def _change(limits: Sequence[float | None]) -> Change:
+def _relative_change(limits: Sequence[float | None]) -> Change:
     """Change of a limit when a parameter is one per cent smaller, slightly smaller,
     unchanged, ...
     """
@@ -166,12 +175,12 @@ def _change(limits: Sequence[float | None]) -> Change:
     changes = [None if limit is None else limit / here - 1.0 for limit in limits]
     less, below, _, above, more = changes
     if less is None or more is None or below is None or above is None:
-        return _percent(less), _percent(more)
+        return _percent_or_none(less), _percent_or_none(more)
     slope = (above - below) / (2.0 * DIFFERENCE_STEP)
     off = max(abs(less / PERCENT + slope), abs(more / PERCENT - slope))
     bends = off > max(MIN_CHANGE_PERCENT, LINEARITY_RTOL * abs(slope))
-    return (_percent(less), _percent(more)) if bends else slope
+    return (_percent_or_none(less), _percent_or_none(more)) if bends else slope
 
 
-def _percent(change: float | None) -> float | None:
+def _percent_or_none(change: float | None) -> float | None:
     return None if change is None else change / PERCENT

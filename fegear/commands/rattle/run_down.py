@@ -70,9 +70,9 @@ class RunDown(
     )
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("fit", self._fitted)
+        yield Task("fit", self._fit_decays)
 
-    def _fitted(self, job: Job) -> RunDownResult:
+    def _fit_decays(self, job: Job) -> RunDownResult:
         time, turns = _read(Path(self.file))
         half = time.size // 2
         if time.size < MIN_READINGS:
@@ -109,8 +109,8 @@ class RunDownResult(StudyResult):
     def summary(self) -> dict[str, Any]:
         whole, first, second = self.whole, self.first, self.second
         speed, inertia = self.study.speed_rpm, self.study.inertia_kgm2
-        apart = abs(first.rate - second.rate)
-        sure = MAX_Z * math.hypot(first.rate_error, second.rate_error)
+        difference_in_errors = abs(first.rate - second.rate)
+        has_agreeing_halves = MAX_Z * math.hypot(first.rate_error, second.rate_error)
         running = whole.start if speed is None else speed / 60.0
         return {
             "file": self.study.file,
@@ -119,7 +119,8 @@ class RunDownResult(StudyResult):
             "rate_standard_error_per_s": whole.rate_error,
             "rate_of_first_half_per_s": first.rate,
             "rate_of_second_half_per_s": second.rate,
-            "drag_is_linear": apart <= max(sure, AGREE * whole.rate),
+            "drag_is_linear": difference_in_errors
+            <= max(has_agreeing_halves, AGREE * whole.rate),
             "speed_at_start_rpm": 60.0 * whole.start,
             "residual_rms_rpm": 60.0 * whole.residual,
             "speed_rpm": 60.0 * running,

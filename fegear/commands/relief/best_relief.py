@@ -18,12 +18,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from fegear.commands.relief.objective import MICRO, ReliefObjective, linear_step
+from fegear.commands.relief.objective import ReliefObjective, linear_step
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.gearset.modifications import Relief, ReliefShape
 from fegear.gearset.zones import Zones, zones
 from lumped.common.array_types import Array
+from lumped.common.units import UM
 
 PLACES = ("driver_tip", "driven_tip", "driver_root", "driven_root")
 MIN_MAGNITUDE = 1e-12  # of a relief [m], by which its derivative is known
@@ -33,11 +34,12 @@ RELATIVE_GAIN = 1e-4  # of the objective, below which a step is not taken
 ROUGH_GAIN = 1e-3  # the same of all searches but the last
 # how far from the best design further searches start, over the range of designs
 NEIGHBOURS = (0.2, 0.1, 0.05, 0.05, 0.3, 0.3, 0.2, 0.1)
-SAME_END = 0.03  # of the range of designs, within which searches lead to the same one
-SAME_VALUE = 0.005  # relative, by which the objective differs there
+# of the range of designs, within which searches lead to the same one
+SAME_END_DISTANCE = 0.03
+SAME_VALUE_RTOL = 0.005  # relative, by which the objective differs there
 # magnitudes and lengths from which searches start, over their limits: equal ones, and a
 # short relief of one gear with a longer one of the other
-PATTERNS = (
+START_PATTERNS = (
     ((0.3, 0.3), (0.5, 0.5)),
     ((0.15, 0.35), (0.3, 0.75)),
     ((0.35, 0.15), (0.75, 0.3)),
@@ -78,8 +80,8 @@ class ReliefRange:
 
     def start(self, length: float, base_pitch: float) -> float:
         """Roll length where a relief of a length in base pitches begins [m]."""
-        way = length * base_pitch
-        return self.end - way if self.is_tip else self.end + way
+        distance = length * base_pitch
+        return self.end - distance if self.is_tip else self.end + distance
 
 
 @dataclass(frozen=True)
@@ -114,11 +116,11 @@ class ReliefProblem:
     @property
     def bounds(self) -> list[tuple[float, float]]:
         """Limits of a design (2 n,): magnitudes [um], then lengths [base pitches]."""
-        magnitudes = [(0.0, self.max_magnitude / MICRO)] * len(self.groups)
+        magnitudes = [(0.0, self.max_magnitude / UM)] * len(self.groups)
         limits = [[entry.lengths for entry in group] for group in self.groups]
         lengths = [
-            (max(low for low, _ in of_group), min(high for _, high in of_group))
-            for of_group in limits
+            (max(low for low, _ in group_limits), min(high for _, high in group_limits))
+            for group_limits in limits
         ]
         return magnitudes + lengths
 
@@ -139,7 +141,7 @@ class ReliefProblem:
             problem.ranges, design[:count], design[count:], strict=True
         ):
             relief = Relief(
-                magnitude=max(MICRO * float(size), MIN_MAGNITUDE),
+                magnitude=max(UM * float(size), MIN_MAGNITUDE),
                 start_roll_length=entry.start(float(length), pitch),
                 shape=self.shape,
             )
@@ -161,7 +163,7 @@ class ReliefProblem:
             for entry in group:
                 slopes = cycle.relief_slope[entry.index]
                 by_magnitude, by_start = np.moveaxis(slopes, -1, 0)
-                derivative[..., i] += MICRO * by_magnitude
+                derivative[..., i] += UM * by_magnitude
                 sign = -1.0 if entry.is_tip else 1.0
                 derivative[..., count + i] += sign * pitch * by_start
         return cycle.ste, derivative
@@ -187,7 +189,7 @@ def relief_ranges(
 
 
 def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
-    """Designs from which searches start: those of PATTERNS, then others.
+    """Designs from which searches start: those of START_PATTERNS, then others.
 
     The others are a sequence of low discrepancy, always the same: multiples of powers
     of the generalised golden ratio (Roberts 2018). Root reliefs have the pattern of
@@ -196,7 +198,7 @@ def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
     reliefs, bounds = len(problem.groups), np.array(problem.bounds)
     patterns = [
         np.concatenate([np.resize(sizes, reliefs), np.resize(lengths, reliefs)])
-        for sizes, lengths in PATTERNS
+        for sizes, lengths in START_PATTERNS
     ]
     ratio = 2.0
     for _ in range(60):  # ratio^(d + 1) = ratio + 1
@@ -243,7 +245,7 @@ def find_best_relief(
     random = np.random.default_rng(0)
     neighbours = NEIGHBOURS[: len(starts) - 1]
     total = len(starts) + len(neighbours) + 1
-    ends: list[_End] = []
+    ends: list[_SearchEnd] = []
     for number in range(total - 1):
         progress(number, total)
         if number < len(starts):
@@ -252,9 +254,13 @@ def find_best_relief(
             way = neighbours[number - len(starts)] * random.uniform(
                 -1.0, 1.0, len(bounds)
             )
-            start = np.clip(_best(ends) + way * np.ptp(bounds, axis=1), *bounds.T)
+            start = np.clip(
+                _best_design(ends) + way * np.ptp(bounds, axis=1), *bounds.T
+            )
         ends.append(_local_search(problem, start, objective, ROUGH_GAIN, ends))
-    ends.append(_local_search(problem, _best(ends), objective, RELATIVE_GAIN, ()))
+    ends.append(
+        _local_search(problem, _best_design(ends), objective, RELATIVE_GAIN, ())
+    )
     progress(total, total)
     best = min(ends, key=lambda end: end.value)
     return BestRelief(
@@ -276,37 +282,46 @@ def without_idle_reliefs(
     but less than REFINED_EFFECT, the others are refined first. The last value is the
     number of solutions of the mesh cycle.
     """
-    none = replace(problem, ranges=())
-    bare = objective.of(none.ste(np.empty(0))[0])
+    no_magnitudes = replace(problem, ranges=())
+    objective_without_reliefs = objective.of(no_magnitudes.ste(np.empty(0))[0])
     value, evaluations = objective.of(problem.ste(design)[0]), 2
-    for group in _by_size(problem, design):
-        fewer, rest = _without(problem, design, group)
-        reached = objective.of(fewer.ste(rest)[0])
+    for group in _groups_by_magnitude(problem, design):
+        reduced_problem, reduced_design = _without_group(problem, design, group)
+        reached = objective.of(reduced_problem.ste(reduced_design)[0])
         evaluations += 1
-        if fewer.ranges and MIN_EFFECT < (reached - value) / bare < REFINED_EFFECT:
-            end = _local_search(fewer, rest, objective, RELATIVE_GAIN, ())
-            rest, reached = end.design, end.value
+        if (
+            reduced_problem.ranges
+            and MIN_EFFECT
+            < (reached - value) / objective_without_reliefs
+            < REFINED_EFFECT
+        ):
+            end = _local_search(
+                reduced_problem, reduced_design, objective, RELATIVE_GAIN, ()
+            )
+            reduced_design, reached = end.design, end.value
             evaluations += end.evaluations
-        if reached - value <= MIN_EFFECT * bare:
-            problem, design = fewer, rest
+        if reached - value <= MIN_EFFECT * objective_without_reliefs:
+            problem, design = reduced_problem, reduced_design
     return problem, design, evaluations
 
 
-def _by_size(problem: ReliefProblem, design: Array) -> list[tuple[ReliefRange, ...]]:
+def _groups_by_magnitude(
+    problem: ReliefProblem, design: Array
+) -> list[tuple[ReliefRange, ...]]:
     order = np.argsort(design[: len(problem.groups)])
     return [problem.groups[i] for i in order]
 
 
-def _without(
+def _without_group(
     problem: ReliefProblem, design: Array, group: tuple[ReliefRange, ...]
 ) -> tuple[ReliefProblem, Array]:
     """The problem and design without the reliefs of a group."""
-    stays = [other != group for other in problem.groups]
+    is_kept = [other != group for other in problem.groups]
     ranges = tuple(entry for entry in problem.ranges if entry not in group)
-    return replace(problem, ranges=ranges), design.reshape(2, -1)[:, stays].ravel()
+    return replace(problem, ranges=ranges), design.reshape(2, -1)[:, is_kept].ravel()
 
 
-class _End(NamedTuple):
+class _SearchEnd(NamedTuple):
     """Where a search ended: design, objective [m], solutions of the mesh cycle."""
 
     design: Array
@@ -314,7 +329,7 @@ class _End(NamedTuple):
     evaluations: int
 
 
-def _best(ends: Sequence[_End]) -> Array:
+def _best_design(ends: Sequence[_SearchEnd]) -> Array:
     return min(ends, key=lambda end: end.value).design
 
 
@@ -323,8 +338,8 @@ def _local_search(
     start: Array,
     objective: ReliefObjective,
     min_gain: float,
-    ends: Sequence[_End],
-) -> _End:
+    ends: Sequence[_SearchEnd],
+) -> _SearchEnd:
     """Sequential linear programming in a trust region, over scaled designs.
 
     min_gain : of the objective, below which a step is not taken
@@ -344,19 +359,28 @@ def _local_search(
         candidate = np.clip(design + scale * step, *bounds.T)
         ste_there, slopes_there = problem.ste(candidate)
         evaluations += 1
-        reached = objective.of(ste_there)
-        gain = (value - reached) / (value - predicted)
+        candidate_value = objective.of(ste_there)
+        gain = (value - candidate_value) / (value - predicted)
         if gain > 0.0:
-            design, ste, slopes, value = candidate, ste_there, slopes_there, reached
+            design, ste, slopes, value = (
+                candidate,
+                ste_there,
+                slopes_there,
+                candidate_value,
+            )
         radius *= 2.0 if gain > GOOD_GAIN else 1.0 if gain > POOR_GAIN else 0.3
         if radius < MIN_RADIUS * min_gain / RELATIVE_GAIN:
             break
-        if any(_leads_to(end, design, value, scale) for end in ends):
+        if any(_leads_to_same_end(end, design, value, scale) for end in ends):
             break
-    return _End(design, value, evaluations)
+    return _SearchEnd(design, value, evaluations)
 
 
-def _leads_to(end: _End, design: Array, value: float, scale: Array) -> bool:
+def _leads_to_same_end(
+    end: _SearchEnd, design: Array, value: float, scale: Array
+) -> bool:
     """Whether a search is near the end of another one, and not better."""
     distance = np.abs((end.design - design) / scale).max()
-    return bool(distance < SAME_END and value > (1.0 - SAME_VALUE) * end.value)
+    return bool(
+        distance < SAME_END_DISTANCE and value > (1.0 - SAME_VALUE_RTOL) * end.value
+    )

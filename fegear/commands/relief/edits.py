@@ -8,10 +8,11 @@ from typing import Any
 import numpy as np
 
 from fegear.commands.relief.best_relief import ReliefProblem, ReliefRange
-from fegear.commands.relief.objective import MICRO, ReliefObjective, peak_to_peak
+from fegear.commands.relief.objective import ReliefObjective, peak_to_peak
 from fegear.commands.relief.vibration import VibrationBest
 from fegear.gearset.modifications import ReliefShape
 from lumped.common.array_types import Array
+from lumped.common.units import UM
 
 
 def vibration_entries(best: VibrationBest | None) -> dict[str, Any] | None:
@@ -20,15 +21,15 @@ def vibration_entries(best: VibrationBest | None) -> dict[str, Any] | None:
     bands = {"before": best.before, "static": best.static, "after": best.best}
     return {
         "speeds_Hz": list(best.before.speeds),
-        **{f"{name}_um": _micro(band.rms) for name, band in bands.items()},
-        **{f"peak_{name}_um": band.peak / MICRO for name, band in bands.items()},
+        **{f"{name}_um": _micrometres(band.rms) for name, band in bands.items()},
+        **{f"peak_{name}_um": band.peak / UM for name, band in bands.items()},
         "designs": best.designs,
         "sweeps": best.sweeps,
     }
 
 
-def _micro(values: tuple[float, ...]) -> list[float]:
-    return [value / MICRO for value in values]
+def _micrometres(values: tuple[float, ...]) -> list[float]:
+    return [value / UM for value in values]
 
 
 def relief_rows(
@@ -44,20 +45,20 @@ def relief_rows(
     if objective is not None:  # which has a kink at the best design: no derivative
         larger = [design + unit for unit in np.eye(2 * count)[:count]]
         values = [objective.of(problem.ste(one)[0]) for one in (design, *larger)]
-        change = (np.array(values[1:]) - values[0]) / MICRO
+        change = (np.array(values[1:]) - values[0]) / UM
     return [
         {
             "relief": f"{entry.place}_relief",
             "magnitude_um": float(design[i]),
             "length_pitches": float(design[count + i]),
-            **_place_of(problem, entry, float(design[count + i])),
+            **_start_values(problem, entry, float(design[count + i])),
             "objective_per_um": float(change[i]),
         }
         for i, entry in enumerate(problem.ranges)
     ]
 
 
-def _place_of(
+def _start_values(
     problem: ReliefProblem, entry: ReliefRange, length: float
 ) -> dict[str, Any]:
     """Where a relief begins, and whether one pair alone bears the load there.
@@ -107,8 +108,8 @@ def peak_rows(torques: Any, before: Any, after: Any) -> list[dict[str, float]]:
     return [
         {
             "torque_Nm": float(torque),
-            "before_um": float(one) / MICRO,
-            "after_um": float(two) / MICRO,
+            "before_um": float(one) / UM,
+            "after_um": float(two) / UM,
         }
         for torque, one, two in ranges
     ]

@@ -36,7 +36,7 @@ def relief_front(
     objective: ReliefObjective,
     count: int,
     starts: tuple[Array, ...] = (),
-    progress: Callable[[int, int], None] = lambda done, total: None,
+    progress: Callable[[int, int], None] = lambda solved_count, total: None,
 ) -> tuple[list[Compromise], int]:
     """Compromises from the best at the lowest torque on, and solutions of the cycle.
 
@@ -54,13 +54,13 @@ def relief_front(
     best: list[BestRelief | None] = [None] * count
     order = [*range(count), *reversed(range(count))]
     evaluations = 0
-    for done, i in enumerate(order):
-        progress(done, len(order))
-        before = i - 1 if done < count else i + 1
-        designs = [*starts] if done < count else []
+    for solved_count, i in enumerate(order):
+        progress(solved_count, len(order))
+        before = i - 1 if solved_count < count else i + 1
+        designs = [*starts] if solved_count < count else []
         neighbour = best[before] if 0 <= before < count else None
         designs += [neighbour.design] if neighbour else []
-        if i in (0, count - 1) and done < count:
+        if i in (0, count - 1) and solved_count < count:
             designs += starting_designs(pair, END_STARTS)
         if not designs:
             continue
@@ -71,10 +71,10 @@ def relief_front(
             best[i] = solved
     progress(len(order), len(order))
     points = [Compromise(one.design, one.measures) for one in best if one]
-    return _without_beaten(points), evaluations
+    return _without_dominated(points), evaluations
 
 
-def _without_beaten(points: list[Compromise]) -> list[Compromise]:
+def _without_dominated(points: list[Compromise]) -> list[Compromise]:
     """Points in the order of the first measure, each better in the second."""
     front: list[Compromise] = []
     for point in sorted(points, key=lambda one: tuple(one.measures)):

@@ -15,9 +15,9 @@ from typing import Any, Literal
 import numpy as np
 
 from lumped.common.array_types import Array
+from lumped.common.units import UM
 
 Objective = Literal["largest", "mean", "harmonics"]
-MICRO = 1e-6  # unit of magnitudes and transmission errors in the optimisation [m]
 MAX_CUTS = 12  # linear programs of a step for harmonics
 CUT_RTOL = 1e-3  # of the objective, by which the last one may be below it
 
@@ -71,7 +71,7 @@ def linear_step(
 
     ste, slopes : transmission errors (t, p) [m] and derivatives (t, p, n) by the step
     """
-    factors = np.array(objective.factors or np.ones(len(ste))) / MICRO
+    factors = np.array(objective.factors or np.ones(len(ste))) / UM
     scaled = ste * factors[:, None], slopes * factors[:, None, None]
     if objective.name == "harmonics":
         step, value = _step_of_harmonics(*scaled, limits, objective)
@@ -82,13 +82,13 @@ def linear_step(
         if step is None
         else (
             step,
-            MICRO * value,
+            UM * value,
         )
     )
 
 
-def _solve(
-    weights: Array, rows: Array, at_most: Array, limits: tuple[Array, Array]
+def _solve_linear_program(
+    weights: Array, rows: Array, upper_bounds: Array, limits: tuple[Array, Array]
 ) -> Any:
     """Solve a linear program; limits : of the first unknowns, others are free.
 
@@ -98,7 +98,7 @@ def _solve(
 
     free = np.full(weights.size - limits[0].size, np.inf)
     bounds = Bounds(np.append(limits[0], -free), np.append(limits[1], free))
-    constraint = LinearConstraint(rows, -np.inf, at_most)
+    constraint = LinearConstraint(rows, -np.inf, upper_bounds)
     return milp(
         weights, constraints=constraint, bounds=bounds, options={"presolve": False}
     )
@@ -119,13 +119,13 @@ def _step_of_peaks(
         rows[0, t, :, size + t] = -1.0
         rows[1, t, :, size + torques + t] = 1.0
         differences[t, size + t], differences[t, size + torques + t] = 1.0, -1.0
-    at_most = np.concatenate([-ste.ravel(), ste.ravel(), np.zeros(torques)])
+    upper_bounds = np.concatenate([-ste.ravel(), ste.ravel(), np.zeros(torques)])
     weights = differences.mean(axis=0)
     if name == "largest":
         weights = np.zeros_like(weights)
     weights[-1] = 1.0 if name == "largest" else 0.0
     every = np.concatenate([rows.reshape(-1, rows.shape[-1]), differences])
-    solution = _solve(weights, every, at_most, limits)
+    solution = _solve_linear_program(weights, every, upper_bounds, limits)
     if solution.x is None or solution.fun is None:
         return None, 0.0
     return solution.x[:size], float(solution.fun)
@@ -140,21 +140,23 @@ def _step_of_harmonics(
     rates = np.einsum("kp,tpn->tkn", matrix, slopes)
     size = slopes.shape[2]
     best: Array | None = None
-    best_value, rows, at_most = np.inf, [np.append(np.zeros(size), -1.0)], [0.0]
-    here, step = parts, np.zeros(size)
+    best_value, rows, upper_bounds = np.inf, [np.append(np.zeros(size), -1.0)], [0.0]
+    current_values, step = parts, np.zeros(size)
     for _ in range(MAX_CUTS):
-        lengths = np.linalg.norm(here, axis=1)
+        lengths = np.linalg.norm(current_values, axis=1)
         for t in np.flatnonzero(lengths):
-            direction = here[t] / lengths[t]
+            direction = current_values[t] / lengths[t]
             rows.append(np.append(direction @ rates[t], -1.0))
-            at_most.append(-float(direction @ parts[t]))
+            upper_bounds.append(-float(direction @ parts[t]))
         weights = np.append(np.zeros(size), 1.0)
-        solution = _solve(weights, np.array(rows), np.array(at_most), limits)
+        solution = _solve_linear_program(
+            weights, np.array(rows), np.array(upper_bounds), limits
+        )
         if solution.x is None:
             break
         step = solution.x[:size]
-        here = parts + rates @ step
-        value = float(np.linalg.norm(here, axis=1).max())
+        current_values = parts + rates @ step
+        value = float(np.linalg.norm(current_values, axis=1).max())
         if value < best_value:
             best, best_value = step, value
         if best_value - float(solution.x[-1]) <= CUT_RTOL * best_value:

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.commands.relief.best_relief import MIN_EFFECT, PLACES
-from fegear.commands.relief.objective import MICRO
 from fegear.files.codes import with_code
 from fegear.files.output import write_text
 from fegear.files.toml import toml_text
@@ -19,11 +18,12 @@ from fegear.gearset.read import relative_tables
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
+from lumped.common.units import UM
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-MEASURES = {
+OBJECTIVE_TEXTS = {
     "largest": "largest peak to peak",
     "mean": "mean peak to peak",
     "harmonics": "largest root sum of squares of harmonics {orders}",
@@ -31,7 +31,7 @@ MEASURES = {
 }
 MAX_LINEAR_ERROR = 0.1  # of the band by derivatives
 LIMIT_RTOL = 1e-3  # within which a magnitude is at its limit
-DESIGN: Columns = {
+RELIEF_COLUMNS: Columns = {
     "relief": lambda row: row["relief"],
     "magnitude\num": cell("magnitude_um", 4),
     "length\nbase pitches": cell("length_pitches", 4),
@@ -39,12 +39,12 @@ DESIGN: Columns = {
     "length on line\nof action [mm]": cell("length_mm", 4),
     "objective [um]\nby 1 um more": cell("objective_per_um", 3),
 }
-TORQUES: Columns = {
+TORQUE_COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
     "p-p of STE\nbefore [um]": cell("before_um", 4),
     "p-p of STE\nafter [um]": cell("after_um", 4),
 }
-COMPROMISES: Columns = {
+COMPROMISE_COLUMNS: Columns = {
     "at the lowest\ntorque [um]": cell("lowest_um", 4),
     "at the highest\ntorque [um]": cell("highest_um", 4),
     "magnitudes\num": lambda row: ", ".join(f"{x:.4g}" for x in row["magnitudes_um"]),
@@ -97,8 +97,8 @@ class ReliefResult(StudyResult):
             "mesh": self.study.mesh,
             "meshes": self.meshes,
             "objective": self.study.objective,
-            "objective_before_um": self._ends[0],
-            "objective_after_um": self._ends[1],
+            "objective_before_um": self._objective_before_and_after[0],
+            "objective_after_um": self._objective_before_and_after[1],
             "reliefs": self.reliefs,
             "left_out": self.left_out,
             "max_relief_um": self.max_magnitude_um,
@@ -114,24 +114,24 @@ class ReliefResult(StudyResult):
             values["compromises"] = self.front
         if self.tolerance:
             values["tolerance"] = self.tolerance
-        return values | {"warnings": [*self.warnings, *self._doubts()]}
+        return values | {"warnings": [*self.warnings, *self._doubtful_results()]}
 
     @property
-    def _ends(self) -> tuple[float, float]:
+    def _objective_before_and_after(self) -> tuple[float, float]:
         """Objective before and after [um]."""
         if self.vibration:
             return self.vibration["peak_before_um"], self.vibration["peak_after_um"]
         return self.before_um, self.after_um
 
-    def _doubts(self) -> Iterator[str]:
+    def _doubtful_results(self) -> Iterator[str]:
         """Yield warnings of the search and of the tolerances."""
-        before, after = self._ends
+        before, after = self._objective_before_and_after
         if after >= before:
             text = f"no relief within the limits gives less than {before:.4g} um"
             yield with_code("W28", text)
-        yield from self._at_limit()
+        yield from self._limit_warning()
         if not self.complete:
-            text = f"the search for the least vibration ended after {self._swept}"
+            text = f"the search for the least vibration ended after {self._sweep_text}"
             yield with_code("W31", text)
         if self.tolerance and self.tolerance["difference"] > MAX_LINEAR_ERROR:
             error = 100.0 * self.tolerance["difference"]
@@ -140,32 +140,32 @@ class ReliefResult(StudyResult):
             )
             yield with_code("W32", text)
 
-    def _at_limit(self) -> Iterator[str]:
+    def _limit_warning(self) -> Iterator[str]:
         """A warning of reliefs whose magnitude ends at the limit."""
-        most = self.max_magnitude_um
+        largest_um = self.max_magnitude_um
         names = [
             relief["relief"]
             for relief in self.reliefs
-            if relief["magnitude_um"] >= (1.0 - LIMIT_RTOL) * most
+            if relief["magnitude_um"] >= (1.0 - LIMIT_RTOL) * largest_um
         ]
         if names:
             text = (
                 f"{' and '.join(names)}: the magnitude ends at the largest allowed, "
-                f"{most:.4g} um, which --max-relief-um raises"
+                f"{largest_um:.4g} um, which --max-relief-um raises"
             )
             yield with_code("W37", text)
 
     @property
-    def _swept(self) -> str:
+    def _sweep_text(self) -> str:
         values = self.vibration or {}
         return f"{values['designs']} designs, {values['sweeps']} sweeps"
 
     @property
     def more_tables(self) -> dict[str, Table]:
-        return {"torques": self._torques, "pareto": self._pareto}
+        return {"torques": self._torque_table, "pareto": self._compromise_table}
 
     @property
-    def _pareto(self) -> Table:
+    def _compromise_table(self) -> Table:
         """A row for every compromise."""
         places = PLACES[: len(self.front[0]["magnitudes_um"])] if self.front else ()
         names = (
@@ -175,26 +175,29 @@ class ReliefResult(StudyResult):
         )
         rows = [
             [
-                *(MICRO * point[name] for name in ("lowest_um", "highest_um")),
-                *(MICRO * size for size in point["magnitudes_um"]),
+                *(UM * point[name] for name in ("lowest_um", "highest_um")),
+                *(UM * size for size in point["magnitudes_um"]),
                 *point["lengths_pitches"],
             ]
             for point in self.front
         ]
-        ends = {f"{which} torque [N m]": f"{torque:g}" for which, torque in self._range}
+        ends = {
+            f"{which} torque [N m]": f"{torque:g}"
+            for which, torque in self._torque_range
+        }
         return Table(names, lambda: rows, ends | self.study.gear_set.entries)
 
     @property
-    def _range(self) -> list[tuple[str, float]]:
+    def _torque_range(self) -> list[tuple[str, float]]:
         torques = [row["torque_Nm"] for row in self.rows]
         return [("lowest", min(torques)), ("highest", max(torques))]
 
     @property
-    def _torques(self) -> Table:
+    def _torque_table(self) -> Table:
         """A row for every torque."""
         names = "torque_Nm", "peak_to_peak_before_m", "peak_to_peak_after_m"
         rows = [
-            [row["torque_Nm"], MICRO * row["before_um"], MICRO * row["after_um"]]
+            [row["torque_Nm"], UM * row["before_um"], UM * row["after_um"]]
             for row in self.rows
         ]
         header = {
@@ -226,18 +229,18 @@ class ReliefResult(StudyResult):
 
         count = 2 if self.vibration else 1
         figure, axes = panels(count, size=(8.0, 4.5 if count == 1 else 7.5))
-        static, *others = (axis for row in axes for axis in row)
+        static_axes, *vibration_axes = (axis for row in axes for axis in row)
         torques = [row["torque_Nm"] for row in self.shown]
-        single = "o" if len(torques) == 1 else ""
+        marker = "o" if len(torques) == 1 else ""
         for name, label in (("before_um", "before"), ("after_um", "best relief")):
             values = [row[name] for row in self.shown]
-            static.plot(torques, values, marker=single, label=label)
-        static.set_xlabel("torque on the driving gear [N m]")
-        static.set_ylabel("peak to peak of the static\ntransmission error [um]")
-        static.set_ylim(bottom=0.0)
-        static.legend(fontsize=8)
-        static.set_title(self._title)
-        for axis in others:
+            static_axes.plot(torques, values, marker=marker, label=label)
+        static_axes.set_xlabel("torque on the driving gear [N m]")
+        static_axes.set_ylabel("peak to peak of the static\ntransmission error [um]")
+        static_axes.set_ylim(bottom=0.0)
+        static_axes.legend(fontsize=8)
+        static_axes.set_title(self._title)
+        for axis in vibration_axes:
             self._draw_bands(axis)
         return figure
 
@@ -269,7 +272,7 @@ class ReliefResult(StudyResult):
         )
         axes.plot(*before, "s", label="before")
         axes.plot(*after, "D", label=f"best relief, {self.study.objective}")
-        low, high = (torque for _, torque in self._range)
+        low, high = (torque for _, torque in self._torque_range)
         axes.set_xlabel(f"peak to peak of the STE at {low:g} N m [um]")
         axes.set_ylabel(f"peak to peak of the STE at {high:g} N m [um]")
         axes.set_xlim(left=0.0)
@@ -286,15 +289,15 @@ class ReliefResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         orders = ", ".join(map(str, self.study.harmonics))
-        measure = MEASURES[self.study.objective].format(orders=orders)
+        measure = OBJECTIVE_TEXTS[self.study.objective].format(orders=orders)
         yield (
             f"{self.gear_set} mesh {self.study.mesh}, {measure} of the static "
             f"transmission error {self.before_um:.4g} um before, "
             f"{self.after_um:.4g} um after"
         )
         if len(self.meshes) > 1:
-            listed = ", ".join(map(str, self.meshes))
-            yield f"the same flanks meet in meshes {listed}: all have the relief"
+            mesh_numbers = ", ".join(map(str, self.meshes))
+            yield f"the same flanks meet in meshes {mesh_numbers}: all have the relief"
         if self.vibration:
             yield (
                 "peak RMS of the dynamic transmission error {peak_before_um:.4g} um "
@@ -303,12 +306,12 @@ class ReliefResult(StudyResult):
             ).format_map(self.vibration)
         if self.reliefs:
             title = "Best relief" + (", none left out" if self.vibration else "")
-            yield RowTable(self.reliefs, DESIGN, title, ("relief",))
-        inside = [r["relief"] for r in self.reliefs if r["in_single_contact"]]
-        if inside:
+            yield RowTable(self.reliefs, RELIEF_COLUMNS, title, ("relief",))
+        early_reliefs = [r["relief"] for r in self.reliefs if r["in_single_contact"]]
+        if early_reliefs:
             yield (
-                f"{' and '.join(inside)}: begins inside single contact, so that one "
-                "pair alone never bears the load on unrelieved flanks"
+                f"{' and '.join(early_reliefs)}: begins inside single contact, so that "
+                "one pair alone never bears the load on unrelieved flanks"
             )
         if self.left_out:
             yield (
@@ -316,19 +319,19 @@ class ReliefResult(StudyResult):
                 f"{100.0 * MIN_EFFECT:g} % of that without relief: "
                 + ", ".join(self.left_out)
             )
-        yield RowTable(self.rows, TORQUES, "At the torques", ())
+        yield RowTable(self.rows, TORQUE_COLUMNS, "At the torques", ())
         if self.front:
-            yield RowTable(self.front, COMPROMISES, "Compromises", ())
-            yield from self._beaten
+            yield RowTable(self.front, COMPROMISE_COLUMNS, "Compromises", ())
+            yield from self._compromise_notes
         if self.tolerance:
-            yield with_code("E22", self._band)
+            yield with_code("E22", self._tolerance_text)
         yield (
             f"{values['starts']} starts, {values['evaluations']} solutions of the mesh "
-            "cycle" + (f", {self._swept}" if self.vibration else "")
+            "cycle" + (f", {self._sweep_text}" if self.vibration else "")
         )
 
     @property
-    def _beaten(self) -> Iterator[str]:
+    def _compromise_notes(self) -> Iterator[str]:
         """Why there are fewer compromises than were sought."""
         sought, count = self.study.compromises, len(self.front)
         if count < sought:
@@ -338,7 +341,7 @@ class ReliefResult(StudyResult):
             )
 
     @property
-    def _band(self) -> str:
+    def _tolerance_text(self) -> str:
         return (
             "95 % of gears with these deviations are below {by_derivatives_um:.4g} um "
             "by derivatives, {by_solutions_um:.4g} um by {samples} solutions, "

@@ -26,19 +26,20 @@ from fegear.commands.relief.edits import (
     vibration_entries,
 )
 from fegear.commands.relief.front import relief_front
-from fegear.commands.relief.objective import MICRO, Objective, ReliefObjective
+from fegear.commands.relief.objective import Objective, ReliefObjective
 from fegear.commands.relief.result import ReliefResult
 from fegear.commands.relief.tolerance import tolerance_band
 from fegear.commands.relief.vibration import VibrationBest, VibrationSearch
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem, solve_mesh
-from fegear.statics.stiffness_source import StiffnessSource
 from fegear.statics.table_warnings import table_warnings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting
@@ -59,6 +60,7 @@ from fegear.studies.trains.speeds import (
 from fegear.train.model_settings import LumpedModel
 from lumped.common.array_types import Array
 from lumped.common.options import Range
+from lumped.common.units import UM
 
 Goal = Literal["largest", "mean", "harmonics", "vibration"]
 STATIC_GOALS: tuple[Objective, ...] = ("largest", "mean", "harmonics")
@@ -69,29 +71,29 @@ ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
     exposed=expose("friction", "positions", "plane", "resolution"),
 )
-MORE = {
+TABLE_HELP = {
     "torques": "Write the peak to peak at each torque, before and after, to this CSV "
     "file.",
     "pareto": "Write the compromises between the lowest and the highest torque to this "
     "CSV file; needs --compromises.",
 }
-PICTURES = PLOT | {
+PICTURE_HELP = PLOT | {
     "front": "Draw the compromises between the lowest and the highest torque "
     f"{INTO_PICTURE}; needs --compromises."
 }
 
 
-def _orders(text: str) -> tuple[int, ...]:
+def _parsed_orders(text: str) -> tuple[int, ...]:
     try:
         orders = tuple(int(part) for part in text.split(","))
     except ValueError:
         raise ValueError("allowed are whole numbers, such as 1,2,3") from None
     if not all(1 <= order <= MAX_ORDER for order in orders):
-        raise ValueError(f"allowed 1 to {MAX_ORDER}")
+        raise ValueError(f"must be 1 to {MAX_ORDER}")
     return tuple(sorted(set(orders)))
 
 
-def _orders_text(orders: tuple[int, ...]) -> str:
+def _written_orders(orders: tuple[int, ...]) -> str:
     return ",".join(map(str, orders))
 
 
@@ -110,8 +112,8 @@ class ReliefDesign(
     """
 
     partial = True
-    pictures = PICTURES
-    more_tables = MORE
+    pictures = PICTURE_HELP
+    more_tables = TABLE_HELP
     output = "Write the gear set with its best relief to this TOML file."
     endings = (".toml",)
 
@@ -130,8 +132,8 @@ class ReliefDesign(
         (1, 2, 3),
         "Orders of the mesh frequency, with commas, of the objective harmonics.",
         metavar="N,N",
-        parse=_orders,
-        write=_orders_text,
+        parse=_parsed_orders,
+        write=_written_orders,
     )
     speeds: tuple[float, ...] = speeds_setting(
         (),
@@ -188,11 +190,11 @@ class ReliefDesign(
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         defaults = {field.name: field.default for field in fields(self)}
-        for name, reason in self._idle():
+        for name, reason in self._settings_without_effect():
             if name in outputs or getattr(self, name, None) != defaults.get(name):
                 yield name, reason
 
-    def _idle(self) -> Iterator[tuple[str, str]]:
+    def _settings_without_effect(self) -> Iterator[tuple[str, str]]:
         """Yield settings and outputs that need another setting."""
         if self.objective != "harmonics":
             yield "harmonics", "needs {objective} harmonics"
@@ -209,6 +211,7 @@ class ReliefDesign(
     def tasks(self) -> Iterator[Task]:
         study = with_frequencies(self, {"speeds": self.rpm})
         gears = study.gear_set.healthy("optimal reliefs")
+        require_uniform_loads(gears, "optimal reliefs")
         index = mesh_index(gears, study.mesh)
         torques = chosen_torques(gears, study.torque, study.mesh)
         if study.gear_set.preloaded is not None:
@@ -221,62 +224,68 @@ class ReliefDesign(
             )
         if study.objective == "harmonics":
             study._require_resolved()
-        yield Task("relief", partial(study._find, index, torques))
+        yield Task("relief", partial(study._find_reliefs, index, torques))
 
     def _require_resolved(self) -> None:
         """Raise InputError for a harmonic that the positions do not resolve."""
-        most = (self.elements.positions - 1) // 2
-        if self.harmonics[-1] > most:
+        largest_order = (self.elements.positions - 1) // 2
+        if self.harmonics[-1] > largest_order:
             raise InputError(
-                f"harmonics = {_orders_text(self.harmonics)}; at most {most} with "
-                f"positions = {self.elements.positions}"
+                f"harmonics = {_written_orders(self.harmonics)}; at most "
+                f"{largest_order} with positions = {self.elements.positions}"
             )
 
-    def _find(self, index: int, torques: tuple[float, ...], job: Job) -> ReliefResult:
+    def _find_reliefs(
+        self, index: int, torques: tuple[float, ...], job: Job
+    ) -> ReliefResult:
         """Find the best reliefs of a mesh, by its index, at torques [N m]."""
         gears, settings = self.gear_set.loaded, self.elements
-        quick = replace(settings, estimate_error=False, root_stress=False)
-        before = solve_mesh(gears, index, torques, quick, job.report).cycle.ste
-        problem = self._problem(index, torques, float(np.abs(before).max()))
-        objective = self._static(
+        quick_settings = replace(settings, estimate_error=False, root_stress=False)
+        before = solve_mesh(gears, index, torques, quick_settings, job.report).cycle.ste
+        problem = self._relief_problem(index, torques, float(np.abs(before).max()))
+        objective = self._static_objective(
             "largest" if self.objective == "vibration" else self.objective
         )
-        best = self._searched(problem, objective, job)
+        best = self._search_best(problem, objective, job)
         vibration, design = None, best.design
         if self.objective == "vibration":
-            vibration = self._vibrating(problem, best, index, torques, job)
+            vibration = self._search_least_vibration(problem, best, index, torques, job)
             design = vibration.design
         complete = vibration is None or vibration.complete
-        front = self._front(problem, best, job) if complete else ((), 0)
+        front = self._compromise_front(problem, best, job) if complete else ((), 0)
         evaluations = best.evaluations + front[1]
         places = [entry.place for entry in problem.ranges]
         if vibration is None:
-            problem, design, more = without_idle_reliefs(problem, design, objective)
-            evaluations += more
+            problem, design, more_evaluations = without_idle_reliefs(
+                problem, design, objective
+            )
+            evaluations += more_evaluations
         problem, design = problem.separate(design)
         reliefs = relief_rows(problem, design, objective)
-        edits = self._edits(places, reliefs)
+        edits = self._relief_keys(places, reliefs)
         after = self.gear_set.changed(edits)
-        shown = torques
+        shown_torques = torques
         if len(torques) > 1:
-            shown = tuple(np.linspace(min(torques), max(torques), SHOWN_TORQUES))
-        after_ste = _ste(after, index, torques, quick)
+            shown_torques = tuple(
+                np.linspace(min(torques), max(torques), SHOWN_TORQUES)
+            )
+        after_ste = _transmission_errors(after, index, torques, quick_settings)
         return ReliefResult(
             study=self,
             gear_set=gears.name,
             meshes=[n + 1 for n in gears.meshes_of_same_flanks(index)],
             reliefs=reliefs,
-            before_um=self._over_pitches(before, objective) / MICRO,
-            after_um=self._over_pitches(after_ste, objective) / MICRO,
+            before_um=self._objective_of_errors(before, objective) / UM,
+            after_um=self._objective_of_errors(after_ste, objective) / UM,
             rows=peak_rows(torques, before, after_ste),
             shown=peak_rows(
-                shown,
-                _ste(gears, index, shown, quick),
-                _ste(after, index, shown, quick),
+                shown_torques,
+                _transmission_errors(gears, index, shown_torques, quick_settings),
+                _transmission_errors(after, index, shown_torques, quick_settings),
             ),
             evaluations=evaluations,
             left_out=left_out_reliefs(places, reliefs),
-            max_magnitude_um=problem.max_magnitude / MICRO,
+            max_magnitude_um=problem.max_magnitude / UM,
             vibration=vibration_entries(vibration),
             front=list(front[0]),
             tolerance=self._tolerance(problem, design, objective),
@@ -288,7 +297,7 @@ class ReliefDesign(
             complete=complete,
         )
 
-    def _edits(
+    def _relief_keys(
         self, places: list[str], reliefs: list[dict[str, Any]]
     ) -> dict[str, Any]:
         """Keys that give the reliefs to the mesh and to those with the same flanks."""
@@ -297,42 +306,42 @@ class ReliefDesign(
             edits |= relief_edits(index + 1, places, reliefs, self.shape)
         return edits
 
-    def _problem(
+    def _relief_problem(
         self, index: int, torques: tuple[float, ...], largest: float
     ) -> ReliefProblem:
         """The sought reliefs; largest : transmission error [m]."""
         places = PLACES if self.root else PLACES[:2]
         contact = contact_problem(self.gear_set.loaded, index, self.elements)
-        none: dict[str, Any] = {"tip_relief": None}
+        no_reliefs: dict[str, Any] = {"tip_relief": None}
         if self.root:
-            none["root_relief"] = None
-        bare = replace(
+            no_reliefs["root_relief"] = None
+        contact_without_reliefs = replace(
             contact,
-            driver=replace(contact.driver, **none),
-            driven=replace(contact.driven, **none),
+            driver=replace(contact.driver, **no_reliefs),
+            driven=replace(contact.driven, **no_reliefs),
         )
         return ReliefProblem(
-            contact=bare,
-            ranges=relief_ranges(bare, places),
+            contact=contact_without_reliefs,
+            ranges=relief_ranges(contact_without_reliefs, places),
             torques=np.array(torques),
             positions=np.arange(self.elements.positions) / self.elements.positions,
-            max_magnitude=MICRO * self.max_relief_um
+            max_magnitude=UM * self.max_relief_um
             if self.max_relief_um
             else MAX_OVER_ERROR * largest,
             shape=self.shape,
             symmetric=self.symmetric,
         )
 
-    def _static(self, name: Objective) -> ReliefObjective:
+    def _static_objective(self, name: Objective) -> ReliefObjective:
         return ReliefObjective(name, self.harmonics)
 
-    def _over_pitches(self, ste: Array, objective: ReliefObjective) -> float:
+    def _objective_of_errors(self, ste: Array, objective: ReliefObjective) -> float:
         """Objective [m] of transmission errors over one base pitch or several."""
         pitches = ste.shape[1] // self.elements.positions
         orders = tuple(pitches * order for order in objective.harmonics)
         return replace(objective, harmonics=orders).of(ste)
 
-    def _searched(
+    def _search_best(
         self, problem: ReliefProblem, objective: ReliefObjective, job: Job
     ) -> BestRelief:
         starts = starting_designs(problem, self.starts)
@@ -340,7 +349,7 @@ class ReliefDesign(
             problem, starts, objective, partial(job.report, "searches")
         )
 
-    def _vibrating(
+    def _search_least_vibration(
         self,
         problem: ReliefProblem,
         best: BestRelief,
@@ -349,29 +358,29 @@ class ReliefDesign(
         job: Job,
     ) -> VibrationBest:
         """Begin with the best of each static objective, that of `best` first."""
-        others = STATIC_GOALS[1:]
+        other_goals = STATIC_GOALS[1:]
         if (self.elements.positions - 1) // 2 < self.harmonics[-1]:
-            others = others[:1]
+            other_goals = other_goals[:1]
         static = {"largest": best.design} | {
-            name: self._searched(problem, self._static(name), job).design
-            for name in others
+            name: self._search_best(problem, self._static_objective(name), job).design
+            for name in other_goals
         }
         elements = self.elements
-        stiffness = StiffnessSource(
+        stiffness = ExcitationSettings(
             plane=elements.plane, resolution=elements.resolution
         )
 
-        def changed(design: Array) -> GearSet:
+        def changed_gear_set(design: Array) -> GearSet:
             reliefs = relief_rows(*problem.separate(design), None)
             places = [entry.place for entry in problem.ranges]
-            edits = self._edits(places, reliefs)
+            edits = self._relief_keys(places, reliefs)
             return self.gear_set.changed(edits)
 
         search = VibrationSearch(
-            changed=changed,
+            changed=changed_gear_set,
             bounds=np.array(problem.bounds),
             model=LumpedModel(
-                number="auto", stiffness=stiffness, friction=elements.friction
+                number="auto", excitation=stiffness, friction=elements.friction
             ),
             index=index,
             torques=torques,
@@ -381,14 +390,14 @@ class ReliefDesign(
         )
         return search.find(self.gear_set.loaded, static)
 
-    def _front(
+    def _compromise_front(
         self, problem: ReliefProblem, best: BestRelief, job: Job
     ) -> tuple[list[dict[str, Any]], int]:
         if not self.compromises:
             return [], 0
         points, evaluations = relief_front(
             problem,
-            self._static("largest"),
+            self._static_objective("largest"),
             self.compromises,
             (best.design,),
             partial(job.report, "compromises"),
@@ -397,8 +406,8 @@ class ReliefDesign(
         designs = [problem.separate(point.design)[1] for point in points]
         return [
             {
-                "lowest_um": float(point.measures[0]) / MICRO,
-                "highest_um": float(point.measures[1]) / MICRO,
+                "lowest_um": float(point.measures[0]) / UM,
+                "highest_um": float(point.measures[1]) / UM,
                 "magnitudes_um": design[:count].tolist(),
                 "lengths_pitches": design[count:].tolist(),
             }
@@ -412,16 +421,18 @@ class ReliefDesign(
             return None
         if not problem.ranges:  # the teeth are best without relief
             return None
-        limits = MICRO * self.relief_tolerance_um, self.length_tolerance
+        limits = UM * self.relief_tolerance_um, self.length_tolerance
         band = tolerance_band(problem, design, objective, *limits)
         return {
-            "nominal_um": band.nominal / MICRO,
-            "by_derivatives_um": band.first_order / MICRO,
-            "by_solutions_um": band.solved / MICRO,
+            "nominal_um": band.nominal / UM,
+            "by_derivatives_um": band.first_order / UM,
+            "by_solutions_um": band.solved / UM,
             "difference": band.difference,
             "samples": band.samples,
         }
 
 
-def _ste(gears: Any, index: int, torques: Any, settings: StaticsSettings) -> Any:
+def _transmission_errors(
+    gears: Any, index: int, torques: Any, settings: StaticsSettings
+) -> Any:
     return solve_mesh(gears, index, torques, settings).cycle.ste

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fegear.commands.relief.best_relief import ReliefProblem
-from fegear.commands.relief.objective import MICRO, ReliefObjective
+from fegear.commands.relief.objective import ReliefObjective
 from lumped.common.array_types import Array
+from lumped.common.units import UM
 
 SAMPLES = 200  # designs that are solved
 QUANTILE = 0.95
@@ -53,7 +54,7 @@ def tolerance_band(
     """
     ste, slopes = problem.ste(design)
     count = len(problem.ranges)
-    limits = np.repeat([magnitude / MICRO, length], count)
+    limits = np.repeat([magnitude / UM, length], count)
     random = np.random.default_rng(0)
     changes = limits * random.uniform(-1.0, 1.0, (samples, 2 * count))
     low = np.array(problem.bounds)[:, 0]

@@ -9,10 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from fegear.figures.film import FILMS
 from fegear.files.errors import InputError
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.faults.checks import require_no_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.rendering.contact_sequence import (
     ContactSequence,
@@ -23,7 +25,6 @@ from fegear.rendering.contact_sequence import (
 from fegear.rendering.extremes import Peak, PeaksInView
 from fegear.rendering.pictures import (
     DRAWN,
-    FILMS,
     PictureSettings,
     draw_contact,
     require_drawable_file,
@@ -45,7 +46,7 @@ from fegear.studies.settings import (
     expose,
     group,
     refusal,
-    refuse_given,
+    refuse_non_default,
     setting,
 )
 from fegear.studies.study import NO_PICTURES, Study
@@ -59,7 +60,7 @@ from fegear.studies.trains.loads import chosen_torque
 from fegear.studies.trains.train_problem import refuse_edits
 
 
-def _scale(text: str) -> float | None:
+def _parsed_scale(text: str) -> float | None:
     """Drawn over true motion, None for auto."""
     if text == "auto":
         return None
@@ -68,7 +69,7 @@ def _scale(text: str) -> float | None:
     except ValueError:
         value = math.nan
     if not 0.0 <= value < 1e6:
-        raise ValueError("allowed auto, or 0 to below 1e6")
+        raise ValueError("must be auto, or 0 to below 1e6")
     return value
 
 
@@ -77,7 +78,7 @@ PICTURE = SettingsGroup(
     exposed=expose(
         *("shown", "motion_scale", "zoom", "width", "frames", "turns"),
         shown=Setting(option="--field"),
-        motion_scale=Setting(option="--scale", parse=_scale),
+        motion_scale=Setting(option="--scale", parse=_parsed_scale),
     ),
 )
 
@@ -104,7 +105,6 @@ class ContactPictures(
         "File to write. .png: a picture; .gif, .mp4: a film of the mesh cycle; .html: "
         "a page for browsers; .vtu: all fields for ParaView.",
         option="--output",
-        short="-o",
     )
     gear_set: GearSetRef = DEFAULT_PAIR
     mesh: int = mesh_setting()
@@ -150,11 +150,12 @@ class ContactPictures(
 
     def tasks(self) -> Iterator[Task]:
         self._require_file()
+        require_uniform_loads(self.gears, "pictures of contact")
         if self.picture.zoom == "set":
-            contact = self._whole_set()
+            contact = self._set_without_place()
         else:
             contact = self._in_motion() if self.time_history else self._at_rest()
-        yield Task("picture", partial(self._drawn, contact))
+        yield Task("picture", partial(self._draw_contact, contact))
 
     def _require_file(self) -> None:
         """The file can be written, and is not asked for what it cannot show."""
@@ -165,17 +166,17 @@ class ContactPictures(
         require_drawable_file(Path(self.file))
         if suffix == ".vtu":
             reason = "a .vtu file holds all fields"
-            refuse_given(self.picture, ("shown", "motion_scale"), reason, PICTURE)
+            refuse_non_default(self.picture, ("shown", "motion_scale"), reason, PICTURE)
         if suffix not in DRAWN:
             reason = f"a {suffix} file has no pixels"
-            refuse_given(self.picture, ("width",), reason, PICTURE)
+            refuse_non_default(self.picture, ("width",), reason, PICTURE)
         if suffix not in FILMS:
             reason = "only films have frames, .gif and .mp4"
-            refuse_given(self.picture, ("frames", "turns"), reason, PICTURE)
+            refuse_non_default(self.picture, ("frames", "turns"), reason, PICTURE)
         if self.picture.zoom != "set":
-            refuse_given(self.picture, ("turns",), "needs {zoom} set", PICTURE)
+            refuse_non_default(self.picture, ("turns",), "needs {zoom} set", PICTURE)
 
-    def _whole_set(self) -> ContactSequence:
+    def _set_without_place(self) -> ContactSequence:
         if self.mesh != 1:
             raise refusal(self, "mesh", "{zoom} set draws all meshes, leave it out")
         if self.time_history:
@@ -217,11 +218,13 @@ class ContactPictures(
             same = math.isclose(value or 0.0, recorded, rel_tol=1e-6)
             if value != default and not same:
                 raise InputError(f"{name} = {value:g}; {file} was run at {recorded:g}")
-        if elements.plane not in (usual.plane, motion.plane):
+        if elements.plane not in (None, motion.plane):
             option = f"{display_name(self, 'plane')} {elements.plane}"
             raise InputError(f"{option}; {file} is of plane {motion.plane}")
 
-    def _drawn(self, contact: ContactSequence, job: Job) -> ContactPicturesResult:
+    def _draw_contact(
+        self, contact: ContactSequence, job: Job
+    ) -> ContactPicturesResult:
         place = contact, Path(self.file), self.picture
         peaks = draw_contact(*place, job.report)
         return ContactPicturesResult(self, contact.title, peaks)

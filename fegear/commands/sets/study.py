@@ -24,9 +24,9 @@ class BuiltinSets(Study, command="sets", example="sets"):
     pictures = NO_PICTURES
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("sets", self._found)
+        yield Task("sets", self._describe_sets)
 
-    def _found(self, job: Job) -> BuiltinSetsResult:
+    def _describe_sets(self, job: Job) -> BuiltinSetsResult:
         return BuiltinSetsResult(
             self, [load_gear_set(name) for name in builtin_names()]
         )
@@ -52,11 +52,11 @@ class BuiltinSetsResult(StudyResult):
         return Table(NAMES, lambda: rows)
 
     def page(self) -> Page:
-        columns: Columns = {name: partial(_word, name) for name in NAMES}
+        columns: Columns = {name: partial(_shown_value, name) for name in NAMES}
         yield RowTable(
             self.summary["gear_sets"], columns, text_columns=("name", "description")
         )
 
 
-def _word(name: str, row: Mapping[str, Any]) -> str:
+def _shown_value(name: str, row: Mapping[str, Any]) -> str:
     return str(row[name])

@@ -29,9 +29,9 @@ from lumped.train.equilibrium import mesh_forces_at_rest
 from lumped.train.load_sharing import LoadSharing, load_sharing
 from lumped.train.system import LumpedSystem
 
-AT_REST = {name: ALL_MODELS[name] for name in ("number", "stiffness")}
+OFFERED_SETTINGS = {name: ALL_MODELS[name] for name in ("number", "excitation")}
 MIN_SHARE = 1e-3  # share below which a planet counts as one without contact
-FIXED, ON_BEARINGS = "fixed", "on bearings"
+FIXED_CENTERS, CENTERS_ON_BEARINGS = "fixed", "on bearings"
 COLUMNS: Columns = {
     "torque\n[N m]": cell("torque_Nm", 6),
     "centres": lambda row: str(row["centers"]),
@@ -60,7 +60,7 @@ class PlanetLoadSharing(
     pictures = NO_PICTURES
 
     torque: tuple[float, ...] = torques_setting()
-    model: LumpedModel = lumped_model(AT_REST)
+    model: LumpedModel = lumped_model(OFFERED_SETTINGS)
     table: tuple[str, ...] = tables_setting()
 
     def prepare(self) -> SharingProblem:
@@ -81,7 +81,7 @@ def carrier_of(gears: GearSet) -> PlanetCarrier:
 
 @dataclass(frozen=True)
 class SharingCase:
-    """Load sharing at a torque on the input [N m]; centers : FIXED or ON_BEARINGS."""
+    """Load sharing at a torque on the input [N m]; centers : FIXED_CENTERS or not."""
 
     torque: float
     centers: str
@@ -104,10 +104,10 @@ class SharingProblem(TrainProblem):
 
     @property
     def centers(self) -> tuple[str, ...]:
-        """FIXED, and ON_BEARINGS where there are any."""
+        """FIXED_CENTERS, and CENTERS_ON_BEARINGS where there are any."""
         gears, carrier = self.gears.gears, carrier_of(self.gears)
         movable = carrier.bearing_stiffness or any(g.bearing_stiffness for g in gears)
-        return (FIXED, ON_BEARINGS) if movable else (FIXED,)
+        return (FIXED_CENTERS, CENTERS_ON_BEARINGS) if movable else (FIXED_CENTERS,)
 
     @property
     def motions(self) -> float:
@@ -118,13 +118,15 @@ class SharingProblem(TrainProblem):
         return len(self.torques) * len(self.centers)
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("sharing", self._solved)
+        yield Task("sharing", self._solve_sharing)
 
-    def _solved(self, job: Job) -> PlanetLoadSharingResult:
+    def _solve_sharing(self, job: Job) -> PlanetLoadSharingResult:
         source, cases, systems = self.model.excitations, [], {}
-        wanted = [(torque, name) for torque in self.torques for name in self.centers]
-        for done, (torque, name) in enumerate(wanted):
-            job.report("load sharing", done, len(wanted))
+        cases_to_solve = [
+            (torque, name) for torque in self.torques for name in self.centers
+        ]
+        for solved_cases, (torque, name) in enumerate(cases_to_solve):
+            job.report("load sharing", solved_cases, len(cases_to_solve))
             system = self._system(torque, name, source)
             systems[torque] = system
             sharing = load_sharing(system.train, mesh_forces_at_rest(system))
@@ -143,7 +145,7 @@ class SharingProblem(TrainProblem):
     ) -> LumpedSystem:
         # modes and inertia of the bodies change nothing at rest
         without = ("body", "modes") if self.model.number == "coupled" else ()
-        translations = centers == ON_BEARINGS
+        translations = centers == CENTERS_ON_BEARINGS
         model = replace(self.model, translations=translations, without=without)
         return lumped_system(self.gears, torque, model, source)
 
@@ -164,12 +166,12 @@ class PlanetLoadSharingResult(StudyResult):
         return {
             "gear_set": self.gears.name,
             "model": self.model.name,
-            "excitation": self.model.stiffness.header["excitation"],
-            "cases": [self._case(case) for case in self.cases],
+            "excitation": self.model.excitation.header_of(self.gears)["excitation"],
+            "cases": [self._case_entry(case) for case in self.cases],
             "warnings": [*self.train_warnings, *self._lost_contact()],
         }
 
-    def _case(self, case: SharingCase) -> dict[str, Any]:
+    def _case_entry(self, case: SharingCase) -> dict[str, Any]:
         shares = case.sharing.share
         return {
             "torque_Nm": case.torque,
@@ -179,7 +181,7 @@ class PlanetLoadSharingResult(StudyResult):
         }
 
     @property
-    def _rows(self) -> list[dict[str, Any]]:
+    def _planet_table_rows(self) -> list[dict[str, Any]]:
         """A row for each planet of each case."""
         return [
             {"torque_Nm": case["torque_Nm"], "centers": case["centers"], **planet}
@@ -202,22 +204,21 @@ class PlanetLoadSharingResult(StudyResult):
     @property
     def table(self) -> Table:
         """A row for every planet, at every torque and with either centres."""
-        rows = self._rows
+        rows = self._planet_table_rows
         header = {
             "gear set": self.gears.name,
             "fegear version": package_version(),
-            **self.model.stiffness.header,
+            **self.model.excitation.header_of(self.gears),
             "model": self.model.name,
             **self.study.gear_set.entries,
         }
-        cells = [list(row.values()) for row in rows]
-        return Table(tuple(rows[0]), lambda: cells, header)
+        return Table.of_rows(rows, header)
 
     def page(self) -> Page:
         values = self.summary
         yield from self.notes
         title = "{gear_set} at rest, model {model}, {excitation}".format_map(values)
-        yield RowTable(self._rows, COLUMNS, title, ("centres",))
+        yield RowTable(self._planet_table_rows, COLUMNS, title, ("centres",))
         for case in values["cases"]:
             yield (
                 f"{case['torque_Nm']:g} N m, centres {case['centers']}: largest share "

@@ -12,13 +12,14 @@ from fegear.commands.show.fault_values import fault_figures
 from fegear.commands.show.planetary_values import planetary_figures
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.model import Gear, GearSet, Mesh
-from fegear.gearset.modifications import FlankProfile, Relief
+from fegear.gearset.modifications import FlankLead, FlankProfile, Relief
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.shaft_bodies import ShaftBody
 from fegear.gearset.zones import Zones, zones
 from meshes import GearPair, SpurGear
+from meshes.helical import HelicalGear
 from meshes.internal import InternalGear
 from meshes.involute import inverse_involute, involute
 from meshes.tooth_thickness import (
@@ -78,9 +79,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
     return {
         "name": gear.name,
         "teeth": teeth.teeth,
-        "module_mm": 1e3 * teeth.module,
-        "pressure_angle_deg": math.degrees(teeth.pressure_angle),
-        "profile_shift": teeth.profile_shift,
+        **_rack_figures(teeth),
         "tooth_thinning_um": 1e6 * teeth.tooth_thinning,
         "internal": teeth.sign < 0,
         "reference_radius_mm": 1e3 * abs(teeth.reference_radius),
@@ -113,6 +112,26 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
     }
 
 
+def _rack_figures(teeth: SpurGear) -> dict[str, Any]:
+    """The rack in the normal section, and across the axis of helical gears."""
+    across = 1e3 * teeth.module, math.degrees(teeth.pressure_angle)
+    if not isinstance(teeth, HelicalGear):
+        names = "module_mm", "pressure_angle_deg", "profile_shift"
+        return dict(zip(names, (*across, teeth.profile_shift), strict=True))
+    cosine = math.cos(teeth.helix_angle)
+    normal = math.atan(math.tan(teeth.pressure_angle) * cosine)
+    return {
+        "module_mm": cosine * across[0],
+        "pressure_angle_deg": math.degrees(normal),
+        "profile_shift": teeth.profile_shift / cosine,
+        "helix_angle_deg": math.degrees(abs(teeth.helix_angle)),
+        "hand": "right" if teeth.helix_angle > 0.0 else "left",
+        "base_helix_angle_deg": math.degrees(abs(teeth.base_helix_angle)),
+        "transverse_module_mm": across[0],
+        "transverse_pressure_angle_deg": across[1],
+    }
+
+
 def _spring_figures(gear: Gear) -> dict[str, float]:
     """Springs that carry a ring, and what they make of it as a rigid body."""
     teeth = gear.geometry
@@ -128,7 +147,12 @@ def _spring_figures(gear: Gear) -> dict[str, float]:
 
 
 def _measured_figures(teeth: SpurGear) -> dict[str, Any]:
-    """What a drawing states of the tooth thickness, None where nothing fits."""
+    """Return the measures of tooth thickness that a drawing states.
+
+    None where nothing fits; helical gears have none of them.
+    """
+    if isinstance(teeth, HelicalGear):
+        return {}
     number, pin = default_span_teeth(teeth), default_pin_diameter(teeth)
     thickness = teeth.tooth_thickness
     return {
@@ -139,22 +163,27 @@ def _measured_figures(teeth: SpurGear) -> dict[str, Any]:
     }
 
 
-def _fitting(pair: GearPair) -> dict[str, float]:
+def _center_distance_figures(pair: GearPair) -> dict[str, float]:
     """Sum of profile shifts, that which fits the centre distance, and the distance
     that fits the sum: teeth of full thickness have no backlash."""
-    one, two = pair.driver, pair.driven
-    teeth, alpha = one.sign * one.teeth + two.sign * two.teeth, one.pressure_angle
-    shifts = one.profile_shift + two.profile_shift
+    driver, driven = pair.driver, pair.driven
+    teeth, alpha = (
+        driver.sign * driver.teeth + driven.sign * driven.teeth,
+        driver.pressure_angle,
+    )
+    shifts = driver.profile_shift + driven.profile_shift
     rate = 2.0 * math.tan(alpha) / teeth
     at_distance = (involute(pair.operating_pressure_angle) - involute(alpha)) / rate
     value, bases = (
         involute(alpha) + rate * shifts,
-        abs(one.base_radius + two.base_radius),
+        abs(driver.base_radius + driven.base_radius),
     )
     distance = bases / math.cos(inverse_involute(value)) if value > 0.0 else math.nan
+    # shifts are in modules of the normal section
+    cosine = math.cos(math.atan(driver.twist * driver.reference_radius))
     return {
-        "profile_shift_sum": shifts,
-        "fitting_profile_shift_sum": at_distance,
+        "profile_shift_sum": shifts / cosine,
+        "fitting_profile_shift_sum": at_distance / cosine,
         "fitting_center_distance_mm": 1e3 * distance,
     }
 
@@ -175,8 +204,9 @@ def mesh_figures(gear_set: GearSet, number: int) -> dict[str, Any]:
         "ratio": pair.driven.teeth / pair.driver.teeth,
         "center_distance_mm": 1e3 * pair.center_distance,
         "operating_pressure_angle_deg": math.degrees(pair.operating_pressure_angle),
-        **_fitting(pair),
+        **_center_distance_figures(pair),
         "contact_ratio": pair.contact_ratio,
+        **_face_figures(gear_set, number),
         "base_pitch_mm": 1e3 * pair.base_pitch,
         "normal_backlash_um": 1e6 * pair.backlash,
         "backlash_um": 1e6 * mesh.backlash,
@@ -196,6 +226,21 @@ def mesh_figures(gear_set: GearSet, number: int) -> dict[str, Any]:
             _flank_figures(gears[mesh.driven], mesh, "driven"),
         ],
     }
+
+
+def _face_figures(gear_set: GearSet, number: int) -> dict[str, float]:
+    """The overlap of helical gears and the common width of shifted ones."""
+    mesh, figures = gear_set.meshes[number], {}
+    width = gear_set.common_width(number)
+    if mesh.is_helical:
+        gear = mesh.pair.driver
+        overlap = abs(gear.base_radius * gear.twist * width) / gear.base_pitch
+        figures["overlap_ratio"] = overlap
+        figures["total_contact_ratio"] = mesh.pair.contact_ratio + overlap
+    if mesh.offset:
+        figures["offset_mm"] = 1e3 * mesh.offset
+        figures["common_face_width_mm"] = 1e3 * width
+    return figures
 
 
 def _flank_figures(gear: Gear, mesh: Mesh, role: str) -> dict[str, Any]:
@@ -222,6 +267,7 @@ def _flank_figures(gear: Gear, mesh: Mesh, role: str) -> dict[str, Any]:
         "tip_relief": _relief_figures(modified.tip_relief, flank, flank.tip),
         "root_relief": _relief_figures(modified.root_relief, flank, flank.start),
         "profile": _profile_figures(modified.profile, flank),
+        "lead": _lead_figures(modified.lead),
     }
 
 
@@ -240,6 +286,17 @@ def _relief_figures(
         "start_roll_angle_deg": flank.roll_angle_deg(relief.start_roll_length),
         "length_pitches": length,
         "shape": relief.shape,
+    }
+
+
+def _lead_figures(lead: FlankLead | None) -> dict[str, float] | None:
+    if lead is None:
+        return None
+    return {
+        "crowning_um": 1e6 * lead.crowning,
+        "slope_um": 1e6 * lead.slope,
+        "end_relief_um": 1e6 * lead.end_relief,
+        "end_relief_length_mm": 1e3 * lead.end_length,
     }
 
 

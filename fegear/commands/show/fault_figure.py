@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from fegear.commands.show.faulty_teeth import FaultyTeeth, faulty_teeth
 from fegear.gearset.model import GearSet
 from fegear.gearset.placing import Layout, Place, at_place
+from lumped.common.units import TO_MM
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
     from meshes.profile import Points
 
-MM = 1e3  # millimetres in a metre
 AXIS = "#000000"
 # name and look of what is drawn as a line, by the kind of fault
 LINES: dict[str, tuple[str, dict[str, Any]]] = {
@@ -57,7 +57,7 @@ def _draw_line(
     points: Points,
     style: dict[str, Any],
 ) -> None:
-    placed = MM * at_place(points, teeth.gear, place, teeth.turn(tooth))
+    placed = TO_MM * at_place(points, teeth.gear, place, teeth.turn(tooth))
     axes.plot(*placed.T, zorder=DEPTH, solid_capstyle="butt", **style)
 
 
@@ -69,8 +69,8 @@ def _draw_offset(
     direction : from the gear to its mate
     """
     faults = teeth.faults
-    length = MM * ARROW_LENGTH * teeth.gear.outer_radius
-    axis = MM * complex(place.x, place.y)
+    length = TO_MM * ARROW_LENGTH * teeth.gear.outer_radius
+    axis = TO_MM * complex(place.x, place.y)
     end = axis + cmath.rect(length, direction + faults.eccentricity_angle)
     style: dict[str, Any] = {"zorder": DEPTH, "annotation_clip": True}
     axes.plot(axis.real, axis.imag, "+", color=AXIS, ms=10, mew=1.4, zorder=DEPTH)

@@ -8,8 +8,8 @@ from typing import Any
 
 from fegear.gearset.faults.tooth_faults import Faults, Spall, ToothCrack
 from fegear.gearset.model import Gear
+from lumped.common.units import TO_UM
 
-UM = 1e6  # micrometres in a metre
 Figures = dict[str, Any]
 
 
@@ -17,20 +17,20 @@ def fault_figures(gear: Gear) -> dict[str, Any]:
     """The faults of a gear by their keys; teeth count from 1."""
     faults, base = gear.faults, gear.geometry.base_radius
     return {
-        "cracks": [_crack(crack) for crack in faults.cracks],
-        "spalls": [_spall(spall, base) for spall in faults.spalls],
+        "cracks": [_crack_figures(crack) for crack in faults.cracks],
+        "spalls": [_spall_figures(spall, base) for spall in faults.spalls],
         "broken_tips": [
             {"tooth": tip.tooth + 1, "height_mm": 1e3 * tip.height}
             for tip in faults.broken_tips
         ],
         "missing_teeth": [tooth + 1 for tooth in faults.missing],
-        "worn_teeth": list(_worn(faults, base)),
-        "eccentricity_um": UM * faults.eccentricity,
+        "worn_teeth": list(_wear_figures(faults, base)),
+        "eccentricity_um": TO_UM * faults.eccentricity,
         "eccentricity_angle_deg": math.degrees(faults.eccentricity_angle),
     }
 
 
-def _crack(fault: ToothCrack) -> Figures:
+def _crack_figures(fault: ToothCrack) -> Figures:
     crack = fault.crack
     direction = crack.direction
     return {
@@ -42,7 +42,7 @@ def _crack(fault: ToothCrack) -> Figures:
     }
 
 
-def _spall(spall: Spall, base_radius: float) -> Figures:
+def _spall_figures(spall: Spall, base_radius: float) -> Figures:
     rolls = spall.start_roll_length, spall.end_roll_length
     start, end = sorted(math.degrees(roll / base_radius) for roll in rolls)
     return {
@@ -53,11 +53,11 @@ def _spall(spall: Spall, base_radius: float) -> Figures:
     }
 
 
-def _worn(faults: Faults, base_radius: float) -> Iterator[Figures]:
+def _wear_figures(faults: Faults, base_radius: float) -> Iterator[Figures]:
     for wear in faults.worn:
         profile = wear.profile
         points = sorted(
-            (math.degrees(roll / base_radius), abs(UM * deviation))
+            (math.degrees(roll / base_radius), abs(TO_UM * deviation))
             for roll, deviation in zip(
                 profile.roll_lengths, profile.deviations, strict=True
             )
@@ -78,14 +78,14 @@ def fault_lines(gear: Gear) -> Iterator[str]:
         path = "normal to the fillet"
         if direction is not None:
             path = f"at {direction:.6g} deg to the tooth's axis"
-        yield _line(
+        yield _fault_line(
             gear,
             crack["tooth"],
             f"crack of {crack['depth_mm']:.6g} mm at the {crack['root']} root, from "
             f"the {crack['tangent_angle_deg']:.6g} deg tangent {path}",
         )
     for spall in figures["spalls"]:
-        yield _line(
+        yield _fault_line(
             gear,
             spall["tooth"],
             f"spall from {spall['start_roll_angle_deg']:.6g} to "
@@ -93,14 +93,14 @@ def fault_lines(gear: Gear) -> Iterator[str]:
             f"{100 * spall['width_share']:.4g} % of the face width",
         )
     for tip in figures["broken_tips"]:
-        yield _line(
+        yield _fault_line(
             gear, tip["tooth"], f"{tip['height_mm']:.6g} mm of the tip broken off"
         )
     for tooth in figures["missing_teeth"]:
-        yield _line(gear, tooth, "missing")
+        yield _fault_line(gear, tooth, "missing")
     for wear in figures["worn_teeth"]:
         depth = f"worn by up to {max(wear['depth_um']):.6g} um"
-        yield _line(gear, wear["tooth"], depth)
+        yield _fault_line(gear, wear["tooth"], depth)
     if gear.faults.eccentricity:
         yield (
             f"{gear.name}: centre of the teeth {figures['eccentricity_um']:.6g} um off "
@@ -109,7 +109,7 @@ def fault_lines(gear: Gear) -> Iterator[str]:
         )
 
 
-def _line(gear: Gear, tooth: int | None, text: str) -> str:
+def _fault_line(gear: Gear, tooth: int | None, text: str) -> str:
     which = "teeth without wear of their own" if tooth is None else f"tooth {tooth}"
     if tooth is None and len(gear.faults.worn) == 1:
         which = "all teeth"

@@ -15,6 +15,8 @@ from fegear.commands.show.faulty_teeth import FaultyTeeth, faulty_teeth
 from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.placing import Layout, Place, at_place, layout
+from lumped.common.units import TO_MM
+from meshes import GearPair
 from meshes.gear import SpurGear
 from meshes.profile import Points, fillet_points, flank_points, polar
 
@@ -25,8 +27,7 @@ if TYPE_CHECKING:
 
 COLOURS = ("#4477aa", "#cc9944", "#559966", "#aa5588", "#8866bb", "#778899")
 CARRIER_COLOUR = "#444444"
-ACTION = "#cc2222"
-MM = 1e3  # millimetres in a metre
+ACTION_COLOUR = "#cc2222"
 BORE_POINTS = 360
 ROOT_POINTS = 12  # of the arc where a tooth is missing
 DETAIL_HALF_HEIGHT = 3.2  # half height of the detail, in modules
@@ -44,8 +45,8 @@ def tooth_outline(
     """
     radius = gear.tip_radius - broken_height
     tip = gear.half_angle(radius)
-    top = roll_length_below_tip(gear, broken_height)
-    rolls = np.linspace(top, gear.form_roll_length, points_per_curve)
+    top_roll_length = roll_length_below_tip(gear, broken_height)
+    rolls = np.linspace(top_roll_length, gear.form_roll_length, points_per_curve)
     steepest = gear.form_normal_angle
     right = np.concatenate(
         [
@@ -67,9 +68,14 @@ def gear_outline(
     damaged : outlines of teeth that differ, by their number clockwise from the one at
         the place's angle, counter-clockwise of an internal gear
     """
-    others, whole = damaged or {}, tooth_outline(gear)
+    damaged_teeth, whole_tooth = damaged or {}, tooth_outline(gear)
     pieces = (
-        at_place(others.get(turn, whole)[:-1], gear, place, turn)  # ends begin the next
+        at_place(
+            damaged_teeth.get(turn, whole_tooth)[:-1],
+            gear,
+            place,
+            turn,
+        )  # ends begin the next
         for turn in range(gear.teeth)
     )
     return np.concatenate(list(pieces))
@@ -90,14 +96,14 @@ def damaged_outlines(teeth: FaultyTeeth) -> dict[int, Points]:
 def outlines(gear_set: GearSet) -> dict[str, Points]:
     """Closed curves (n, 2) [mm] by name: teeth and bore of each gear, in mesh."""
     placed, curves = layout(gear_set), {}
-    around = np.linspace(0.0, 2.0 * math.pi, BORE_POINTS, endpoint=False)
+    angles = np.linspace(0.0, 2.0 * math.pi, BORE_POINTS, endpoint=False)
     for index, gear in enumerate(gear_set.gears):
         teeth, place = gear.geometry, placed.places[index]
         damaged = damaged_outlines(faulty_teeth(gear_set, placed, index))
-        bore = np.array([place.x, place.y]) + polar(teeth.hub_radius, around)
-        curves[gear.name] = MM * gear_outline(teeth, place, damaged)
-        other = "bore" if teeth.sign > 0 else "rim"
-        curves[f"{gear.name} {other}"] = MM * bore
+        bore = np.array([place.x, place.y]) + polar(teeth.hub_radius, angles)
+        curves[gear.name] = TO_MM * gear_outline(teeth, place, damaged)
+        inner_curve = "bore" if teeth.sign > 0 else "rim"
+        curves[f"{gear.name} {inner_curve}"] = TO_MM * bore
     return curves
 
 
@@ -109,15 +115,15 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
     placed = layout(gear_set)
     figure = Figure(figsize=(13.0, 5.8), layout="constrained")
     FigureCanvasAgg(figure)
-    whole, detail = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
-    _draw_gears(whole, gear_set, placed, outline_width=0.5)
+    whole_axes, detail = figure.subplots(1, 2, width_ratios=(1.35, 1.0))
+    _draw_gears(whole_axes, gear_set, placed, outline_width=0.5)
     _draw_gears(detail, gear_set, placed, outline_width=1.3)
-    for axes in (whole, detail):
+    for axes in (whole_axes, detail):
         draw_faults(axes, gear_set, placed)
-    _label_gears(whole, gear_set, placed)
-    _draw_carrier(whole, gear_set, placed)
+    _label_gears(whole_axes, gear_set, placed)
+    _draw_carrier(whole_axes, gear_set, placed)
     for number, mesh in enumerate(gear_set.meshes):
-        _draw_action(whole, mesh, placed, number)
+        _draw_action(whole_axes, mesh, placed, number)
     _draw_detail(detail, gear_set, placed)
     _draw_legend(figure, gear_set)
     figure.suptitle(gear_set.title, fontsize=12)
@@ -134,9 +140,9 @@ def _draw_gears(
         place, teeth = placed.places[index], gear.geometry
         colour, depth = COLOURS[index % len(COLOURS)], 10 + place.layer
         damaged = damaged_outlines(faulty_teeth(gear_set, placed, index))
-        body = MM * gear_outline(teeth, place, damaged)
-        center = MM * place.x, MM * place.y
-        hub = MM * abs(teeth.hub_radius)
+        body = TO_MM * gear_outline(teeth, place, damaged)
+        center = TO_MM * place.x, TO_MM * place.y
+        hub = TO_MM * abs(teeth.hub_radius)
         inside = "none" if teeth.sign < 0 else "white"
         filled = _filled_body(teeth, body, center, fc=colour, ec="none", alpha=0.30)
         outline = Polygon(body, fc="none", ec=colour, lw=outline_width)
@@ -151,7 +157,7 @@ def _draw_gears(
             (teeth.tip_radius, "--"),
         ):
             style = {"fc": "none", "ec": colour, "ls": dashes, "lw": 0.7}
-            patches.append(Circle(center, MM * abs(radius), **style))
+            patches.append(Circle(center, TO_MM * abs(radius), **style))
         for patch in patches:
             axes.add_patch(patch).set_zorder(depth)
     axes.set_aspect("equal")
@@ -170,12 +176,16 @@ def _draw_carrier(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     sun = placed.places[carrier.sun]
     style: dict[str, Any] = {"color": CARRIER_COLOUR, "lw": 1.6, "zorder": 24}
     circle = Circle(
-        (MM * sun.x, MM * sun.y), MM * carrier.radius, fill=False, ls="--", **style
+        (TO_MM * sun.x, TO_MM * sun.y),
+        TO_MM * carrier.radius,
+        fill=False,
+        ls="--",
+        **style,
     )
     axes.add_patch(circle)
     for place in (placed.places[planet] for planet in carrier.planets):
         arm = np.array([[sun.x, place.x], [sun.y, place.y]])
-        axes.plot(*(MM * arm), marker="o", ms=3.5, **style)
+        axes.plot(*(TO_MM * arm), marker="o", ms=3.5, **style)
     axes.set_title(
         "carrier: dashed circle and arms; arrows show rotation against it", size=9
     )
@@ -190,8 +200,8 @@ def _filled_body(
 
     if teeth.sign > 0:
         return Polygon(body, **style)
-    around = np.linspace(0.0, 2.0 * math.pi, BORE_POINTS)
-    outside = np.array(center) + MM * polar(teeth.hub_radius, around)
+    angles = np.linspace(0.0, 2.0 * math.pi, BORE_POINTS)
+    outside = np.array(center) + TO_MM * polar(teeth.hub_radius, angles)
     hole = np.vstack([body, body[:1]])
     if _is_clockwise(outside) == _is_clockwise(hole):
         hole = hole[::-1]
@@ -208,15 +218,21 @@ def _label_gears(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     """Name and teeth below each gear, above it in a further layer; its rotation."""
     for index, gear in enumerate(gear_set.gears):
         place, teeth = placed.places[index], gear.geometry
-        away, aligned = (-1.0, "top") if place.layer == 0 else (1.0, "bottom")
-        at = MM * place.x, MM * (place.y + away * teeth.outer_radius)
+        outward_sign, aligned = (-1.0, "top") if place.layer == 0 else (1.0, "bottom")
+        at = TO_MM * place.x, TO_MM * (place.y + outward_sign * teeth.outer_radius)
         style = {"ha": "center", "va": aligned}
-        _write(axes, f"{gear.name}, {teeth.teeth} teeth", at, (0.0, 4.0 * away), style)
+        _write_label(
+            axes,
+            f"{gear.name}, {teeth.teeth} teeth",
+            at,
+            (0.0, 4.0 * outward_sign),
+            style,
+        )
         _draw_rotation(axes, teeth, place, COLOURS[index % len(COLOURS)])
     axes.margins(0.09)
 
 
-def _write(
+def _write_label(
     axes: Axes,
     text: str,
     at: tuple[float, float],
@@ -246,8 +262,8 @@ def _draw_rotation(axes: Axes, gear: SpurGear, place: Place, colour: str) -> Non
         for angle in (-0.5 * place.sense, 0.5 * place.sense)
     )
     arrow = FancyArrowPatch(
-        (MM * start.real, MM * start.imag),
-        (MM * end.real, MM * end.imag),
+        (TO_MM * start.real, TO_MM * start.imag),
+        (TO_MM * end.real, TO_MM * end.imag),
         connectionstyle=f"arc3,rad={0.25 * place.sense}",
         arrowstyle="-|>",
         mutation_scale=11,
@@ -266,7 +282,7 @@ class LineOfAction:
     along: complex
 
     def at(self, roll_length: float) -> tuple[float, float]:
-        point = self.tangency + MM * roll_length * self.along
+        point = self.tangency + TO_MM * roll_length * self.along
         return point.real, point.imag
 
 
@@ -279,7 +295,7 @@ def line_of_action(mesh: Mesh, driver: Place, direction: float) -> LineOfAction:
     along = centers * complex(math.sin(angle), sense * math.cos(angle))
     pitch_radius = mesh.pair.driver.base_radius / math.cos(angle)
     pitch_point = complex(driver.x, driver.y) + pitch_radius * centers
-    return LineOfAction(MM * (pitch_point - mesh.pair.pitch_point * along), along)
+    return LineOfAction(TO_MM * (pitch_point - mesh.pair.pitch_point * along), along)
 
 
 def _draw_action(axes: Axes, mesh: Mesh, placed: Layout, number: int) -> LineOfAction:
@@ -288,8 +304,8 @@ def _draw_action(axes: Axes, mesh: Mesh, placed: Layout, number: int) -> LineOfA
     line = line_of_action(mesh, placed.places[mesh.driver], placed.directions[number])
     ends = np.array([line.at(0.0), line.at(pair.line_of_action)]).T
     path = np.array([line.at(pair.path_start), line.at(pair.path_end)]).T
-    axes.plot(*ends, color=ACTION, lw=0.8, zorder=20)
-    axes.plot(*path, color=ACTION, lw=1.8, zorder=21)
+    axes.plot(*ends, color=ACTION_COLOUR, lw=0.8, zorder=20)
+    axes.plot(*path, color=ACTION_COLOUR, lw=1.8, zorder=21)
     return line
 
 
@@ -298,26 +314,33 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     mesh = gear_set.meshes[0]
     pair = mesh.pair
     line = _draw_action(axes, mesh, placed, 0)
-    stops = (
+    marked_points = (
         (pair.path_start, "start of contact"),
         (pair.pitch_point, "pitch point"),
         (pair.path_end, "end of contact"),
     )
-    for roll_length, name in stops:
+    for roll_length, name in marked_points:
         x, y = line.at(roll_length)
-        axes.plot(x, y, "o", mfc="white", mec=ACTION, ms=5, zorder=22)
-        _write(axes, name, (x, y), (10, -3), {"color": ACTION})
+        axes.plot(x, y, "o", mfc="white", mec=ACTION_COLOUR, ms=5, zorder=22)
+        _write_label(axes, name, (x, y), (10, -3), {"color": ACTION_COLOUR})
     x, y = line.at(pair.pitch_point)
-    half = DETAIL_HALF_HEIGHT * MM * pair.driver.module
-    axes.set_xlim(x - half, x + half)
-    axes.set_ylim(y - half, y + half)
+    half_height = DETAIL_HALF_HEIGHT * TO_MM * pair.driver.module
+    axes.set_xlim(x - half_height, x + half_height)
+    axes.set_ylim(y - half_height, y + half_height)
     names = gear_set.gears[mesh.driver].name, gear_set.gears[mesh.driven].name
     axes.set_title(
-        f"{names[0]} drives {names[1]}: contact ratio {pair.contact_ratio:.3f}, "
+        f"{names[0]} drives {names[1]}: contact ratio {pair.contact_ratio:.3f}"
+        f"{_helix_in_words(pair)},\n"
         f"{math.degrees(pair.operating_pressure_angle):.2f} deg, "
         f"backlash {1e6 * pair.backlash:.0f} um",
         fontsize=9,
     )
+
+
+def _helix_in_words(pair: GearPair) -> str:
+    """Return the base helix angle in words, nothing for spur gears."""
+    angle = math.degrees(abs(pair.driver.base_helix_angle))
+    return f", base helix angle {angle:.2f} deg" if angle else ""
 
 
 def _draw_legend(figure: Figure, gear_set: GearSet) -> None:
@@ -329,7 +352,7 @@ def _draw_legend(figure: Figure, gear_set: GearSet) -> None:
         Line2D([], [], color=grey, ls="--", lw=0.8, label="tip circle"),
         Line2D([], [], color=grey, ls="-.", lw=0.8, label="reference circle"),
         Line2D([], [], color=grey, ls=":", lw=0.8, label="base circle"),
-        Line2D([], [], color=ACTION, lw=1.8, label="path of contact"),
+        Line2D([], [], color=ACTION_COLOUR, lw=1.8, label="path of contact"),
         *fault_handles(gear_set),
     ]
     figure.legend(

@@ -15,7 +15,9 @@ from fegear.gearset.model import GearSet, PlanetCarrier
 from fegear.gearset.planetary.members import MEMBERS
 from lumped.common.checks import require_present
 
-NOTHING = 1e-6  # part of what all planets together could give, below which it is none
+NEGLIGIBLE_SHARE = (
+    1e-6  # part of what all planets together could give, below which it is none
+)
 
 
 def planetary_figures(gear_set: GearSet) -> dict[str, Any] | None:
@@ -119,7 +121,7 @@ def _harmonic(k: int, sun: int, angles: Sequence[float]) -> dict[str, Any]:
         for turn in (0, -1, 1)
     )
     sums = {"rotation": torque, "translation": max(forces)}
-    driven = [name for name, size in sums.items() if size > NOTHING]
+    driven = [name for name, size in sums.items() if size > NEGLIGIBLE_SHARE]
     return {
         "harmonic": k,
         "phase_deg": [

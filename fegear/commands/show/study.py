@@ -78,10 +78,16 @@ HEADERS = {
 # Names of columns, and what is in another table.
 HIDDEN_OF_GEARS = {"name", "form_roll_angle_deg", "tip_roll_angle_deg"}
 HIDDEN_OF_MESHES = {"driver", "driven", "ratio", "flanks"}
-DRAWING = ".dxf"
+DRAWING_ENDING = ".dxf"
 # What alone differs between meshes of equal planets
-PLACES = {"driver", "driven", "center_line_deg", "phase_pitches", "phase_origin"}
-PLACES |= {"geometric_phase_pitches"}
+PLACEMENT_KEYS = {
+    "driver",
+    "driven",
+    "center_line_deg",
+    "phase_pitches",
+    "phase_origin",
+}
+PLACEMENT_KEYS |= {"geometric_phase_pitches"}
 HIDDEN_OF_FLANKS = {"gear", "role"}
 
 
@@ -92,17 +98,17 @@ class DerivedGeometry(Study, command="show", example="show liu-idler --plot idle
     pictures = NO_PICTURES
     output = (
         f"Draw the gears {INTO_PICTURE}, or write outlines of their teeth and bores "
-        f"[mm] to a {DRAWING} file."
+        f"[mm] to a {DRAWING_ENDING} file."
     )
     output_names = "--plot", "-o"
-    endings = (*PICTURES, DRAWING)
+    endings = (*PICTURES, DRAWING_ENDING)
 
     gear_set: GearSetRef = DEFAULT_PAIR
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("figures", self._found)
+        yield Task("figures", self._describe_gear_set)
 
-    def _found(self, job: Job) -> DerivedGeometryResult:
+    def _describe_gear_set(self, job: Job) -> DerivedGeometryResult:
         return DerivedGeometryResult(self, self.gear_set.loaded)
 
 
@@ -126,7 +132,7 @@ class DerivedGeometryResult(StudyResult):
     def write(self, path: str | Path) -> None:
         """Draw the gears, or write their outlines as ``.dxf``."""
         target = path_of(path)
-        if target.suffix.lower() == DRAWING:
+        if target.suffix.lower() == DRAWING_ENDING:
             write_dxf(target, outlines(self.gears))
         else:
             self.draw(target)
@@ -137,42 +143,44 @@ class DerivedGeometryResult(StudyResult):
         gears, meshes = values["gears"], values["meshes"]
         yield ": ".join(filter(None, (values["name"], values["description"]))) + "\n"
         if values["planetary"]:
-            yield from _planetary(values)
+            yield from _planetary_page(values)
             gears, meshes = _without_equal_planets(gears, meshes)
         names = [gear["name"] for gear in gears]
-        yield _sheet("Gear", names, gears, HIDDEN_OF_GEARS)
+        yield _figures_table("Gear", names, gears, HIDDEN_OF_GEARS)
         pairs = [f"{mesh['driver']} > {mesh['driven']}" for mesh in meshes]
-        yield _sheet("Mesh", pairs, meshes, HIDDEN_OF_MESHES)
+        yield _figures_table("Mesh", pairs, meshes, HIDDEN_OF_MESHES)
         for pair, mesh in zip(pairs, meshes, strict=True):
             title, flanks = f"Flanks of {pair}", mesh["flanks"]
             sides = [flank["gear"] for flank in flanks]
-            yield _sheet(title, sides, flanks, HIDDEN_OF_FLANKS)
+            yield _figures_table(title, sides, flanks, HIDDEN_OF_FLANKS)
         faults = [line for gear in self.gears.gears for line in fault_lines(gear)]
         if faults:
             yield "Faults:"
         yield from (f"- {line}" for line in faults)
         yield from (shaft_line(**shaft) for shaft in values["shafts"])
         if values["damping_ratio"] is not None:
-            yield f"Damping ratio: {shown(values['damping_ratio'])}"
+            yield f"Damping ratio: {shown_value(values['damping_ratio'])}"
         if values["inferences"]:
             yield "Inferred:"
         yield from (f"- {inference}" for inference in values["inferences"])
 
 
-def _planetary(values: dict[str, Any]) -> Page:
+def _planetary_page(values: dict[str, Any]) -> Page:
     """Motion and power of the members, harmonics, phases and the carrier."""
     figures = values["planetary"]
     lists = "members", "harmonics"
     alone = {key: value for key, value in figures.items() if key not in lists}
-    yield _sheet("Planetary set", ["value"], [alone], set())
+    yield _figures_table("Planetary set", ["value"], [alone], set())
     members, harmonics = figures["members"], figures["harmonics"]
-    yield _sheet("Member", [row["member"] for row in members], members, {"member"})
+    yield _figures_table(
+        "Member", [row["member"] for row in members], members, {"member"}
+    )
     names = [str(row["harmonic"]) for row in harmonics]
-    yield _sheet("Harmonic of the mesh", names, harmonics, {"harmonic"})
+    yield _figures_table("Harmonic of the mesh", names, harmonics, {"harmonic"})
     meshes = values["meshes"]
     pairs = [f"{mesh['driver']} > {mesh['driven']}" for mesh in meshes]
-    phases = [shown(mesh["phase_pitches"]) for mesh in meshes]
-    lines = [shown(mesh["center_line_deg"]) for mesh in meshes]
+    phases = [shown_value(mesh["phase_pitches"]) for mesh in meshes]
+    lines = [shown_value(mesh["center_line_deg"]) for mesh in meshes]
     columns = {header("phase_pitches"): phases, header("center_line_deg"): lines}
     yield ColumnTable(pairs, columns, "Mesh")
 
@@ -181,10 +189,12 @@ def _without_equal_planets(
     gears: list[dict[str, Any]], meshes: list[dict[str, Any]]
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     """Gears and meshes that differ from those before by more than name and place."""
-    return _different(gears, {"name"}), _different(meshes, PLACES)
+    return _distinct_items(gears, {"name"}), _distinct_items(meshes, PLACEMENT_KEYS)
 
 
-def _different(items: list[dict[str, Any]], apart: set[str]) -> list[dict[str, Any]]:
+def _distinct_items(
+    items: list[dict[str, Any]], apart: set[str]
+) -> list[dict[str, Any]]:
     seen: list[dict[str, Any]] = []
     different = []
     for item in items:
@@ -209,7 +219,7 @@ def shaft_line(
     """Rigid shaft: a, b; or its stiffness between successive gears; and its body."""
     line = f"Rigid shaft: {', '.join(gears)}"
     if stiffness_Nm_per_rad is not None:
-        stiffness = shown(stiffness_Nm_per_rad)
+        stiffness = shown_value(stiffness_Nm_per_rad)
         line = (
             f"Shaft: {', '.join(gears)}, {stiffness} N m/rad between successive gears"
         )
@@ -217,18 +227,18 @@ def shaft_line(
         line = f"Shaft: {gears[0]}"
     if length_mm is None or mass_kg is None:
         return line
-    body = f"{shown(length_mm)} mm long, {shown(mass_kg)} kg"
+    body = f"{shown_value(length_mm)} mm long, {shown_value(mass_kg)} kg"
     return f"{line}; {body}, {pluralize(bearings, 'bearing')}"
 
 
-def _sheet(
+def _figures_table(
     corner: str, names: Sequence[str], items: Sequence[dict[str, Any]], hidden: set[str]
 ) -> ColumnTable:
     """A column for each item, a row for each figure that any of them has."""
-    flat = [flattened(item) for item in items]
-    every = dict.fromkeys(key for figures in flat for key in figures)
-    keys = [key for key in every if key not in hidden]
-    cells = ([shown(figures.get(key)) for key in keys] for figures in flat)
+    flat_items = [flattened(item) for item in items]
+    all_keys = dict.fromkeys(key for figures in flat_items for key in figures)
+    keys = [key for key in all_keys if key not in hidden]
+    cells = ([shown_value(figures.get(key)) for key in keys] for figures in flat_items)
     columns = dict(zip(names, cells, strict=True))
     return ColumnTable(list(map(header, keys)), columns, corner)
 
@@ -256,10 +266,10 @@ def header(key: str) -> str:
     return text[0].upper() + text[1:]
 
 
-def shown(value: Any) -> str:
+def shown_value(value: Any) -> str:
     """Six figures of a number; lists joined, nothing as a dash."""
     if isinstance(value, list):
-        return ", ".join(map(shown, value)) or "-"
+        return ", ".join(map(shown_value, value)) or "-"
     if isinstance(value, float):
         return "0" if abs(value) < ROUND_OFF else f"{value:.6g}"
     return "-" if value is None else str(value)

@@ -15,6 +15,7 @@ from fegear.studies.columns import unit_of_column
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
+from fegear.studies.trains.shown_signals import SCALES, SHOWN_SIGNALS, signal_label
 from fegear.studies.trains.train_problem import TrainFacts
 from lumped.common.array_types import Array
 from lumped.common.csv_text import format_exact
@@ -24,9 +25,6 @@ from lumped.signals.averages import TurnAverage
 from lumped.signals.orders import OrderMap
 from lumped.signals.sampling import TurningGear, residual_indicators
 from lumped.steady.ramps import SpeedRamp
-
-SHOWN_SIGNALS = 4  # in the picture
-SCALES = {"m": (1e6, "um"), "rad/s": (1e3, "mrad/s"), "N": (1.0, "N")}
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,7 +62,7 @@ class SignalsResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         study, ramp = self.study, self.ramp
-        speeds = [float(self._rpm(end)) for end in (ramp.start, ramp.end)]
+        speeds = [float(self._driver_rpm(end)) for end in (ramp.start, ramp.end)]
         return {
             **self.facts.summary,
             "torque_Nm": self.torque,
@@ -83,11 +81,11 @@ class SignalsResult(StudyResult):
             "pulses_per_turn": study.pulses,
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
-            "signals": [self._entry(c) for c in range(len(self.names))],
+            "signals": [self._signal_entry(c) for c in range(len(self.names))],
             "warnings": list(self.facts.warnings),
         }
 
-    def _rpm(self, mesh_frequency: Any) -> Any:
+    def _driver_rpm(self, mesh_frequency: Any) -> Any:
         """Speed of the gear [rpm] at a frequency of the first mesh [Hz]."""
         return SECONDS_PER_MINUTE * self.gear.turn_frequency(mesh_frequency)
 
@@ -99,7 +97,7 @@ class SignalsResult(StudyResult):
     def _indicators(self) -> Mapping[str, Array]:
         return residual_indicators(self.average, self.teeth_of_intervals)
 
-    def _entry(self, c: int) -> dict[str, Any]:
+    def _signal_entry(self, c: int) -> dict[str, Any]:
         """What the average of a signal tells, in the unit at the end of its name."""
         average, has_residual = self.average, bool(self.average.has_residual[c])
         amplitude = average.amplitude[:, c]
@@ -153,7 +151,7 @@ class SignalsResult(StudyResult):
         columns = {
             "time_s": self.time,
             "turns_of_gear": turns,
-            "gear_speed_rpm": self._rpm(ramp.frequency_at(self.time)),
+            "gear_speed_rpm": self._driver_rpm(ramp.frequency_at(self.time)),
         }
         return Table.of(columns | self._columns(self.values), self._header)
 
@@ -206,29 +204,31 @@ class SignalsResult(StudyResult):
         """Speed of the gear (w,) in the middle of every window [rpm]."""
         cycles = self.orders.turns / self.gear.turns(1.0)
         time = self.ramp.time_at(cycles)
-        return np.asarray(self._rpm(self.ramp.frequency_at(time)))
+        return np.asarray(self._driver_rpm(self.ramp.frequency_at(time)))
 
     @property
     def figures(self) -> dict[str, Draw]:
         """Average, residual and spectrum of the first signals, and order maps."""
-        pictures = {"plot": self._picture}
+        pictures = {"plot": self._draw_averages}
         if self.study.is_ramp:
-            pictures["order_map"] = self._order_map
+            pictures["order_map"] = self._draw_order_map
         return pictures
 
-    def _order_map(self) -> Any:
+    def _draw_order_map(self) -> Any:
         """Spectra of the first signals over orders and speed."""
         maps = []
         for c, name in list(enumerate(self.names))[:SHOWN_SIGNALS]:
             scale, unit = SCALES[unit_of_column(name)]
             amplitude = scale * self.orders.amplitude[:, :, c]
-            maps.append(OrderCurves(f"{_label(name)} [{unit}]", amplitude))
+            maps.append(OrderCurves(f"{_scaled_label(name)} [{unit}]", amplitude))
         axes = self.orders.order, self._window_rpm
         ylabel = f"speed of {self.gear.name} [rpm]"
         return draw_order_maps(maps, axes, self.gear.teeth, (self._title, ylabel))
 
-    def _picture(self) -> Any:
-        curves = [self._curves(c) for c in range(len(self.names))[:SHOWN_SIGNALS]]
+    def _draw_averages(self) -> Any:
+        curves = [
+            self._curves_of_signal(c) for c in range(len(self.names))[:SHOWN_SIGNALS]
+        ]
         noise = self.study.noise_percent
         title = f"{self._title}{f', {noise:g} % noise' if noise else ''}"
         angle = np.arange(len(self.tooth)) / len(self.tooth)
@@ -236,12 +236,12 @@ class SignalsResult(StudyResult):
         tooth = start + self.gear.teeth * angle
         return draw_turn_averages(curves, tooth, self.gear.orders, title)
 
-    def _curves(self, c: int) -> AverageCurves:
+    def _curves_of_signal(self, c: int) -> AverageCurves:
         average, name = self.average, self.names[c]
         scale, unit = SCALES[unit_of_column(name)]
         values = scale * average.values[:, c]
         return AverageCurves(
-            name=f"{_label(name)}\n[{unit}]",
+            name=f"{_scaled_label(name)}\n[{unit}]",
             average=values - values.mean(),
             residual=scale * average.residual[:, c],
             amplitude=scale * average.amplitude[:, c],
@@ -285,16 +285,11 @@ class SignalsResult(StudyResult):
             )
 
 
-def _label(name: str) -> str:
-    """Name of a signal without its unit, in words."""
-    for suffix in ("_m", "_rad_per_s", "_N"):
-        name = name.removesuffix(suffix)
-    for short, text in (("_dte", ": transmission error"), ("_speed", ": speed")):
-        name = name.replace(short, text)
-    return name.replace("_", " ")
+def _scaled_label(name: str) -> str:
+    return signal_label(name.replace("_speed", ": speed"))
 
 
-def _scaled(name: str) -> Callable[[Any], str]:
+def _scaled_cell(name: str) -> Callable[[Any], str]:
     """The cell of a value in the unit that is shown."""
     return lambda row: number(SCALES[row["unit"]][0] * row[name], 3)
 
@@ -309,11 +304,11 @@ def _kurtosis_text(row: Any) -> str:
 
 
 SIGNAL_COLUMNS: Columns = {
-    "signal": lambda row: _label(row["signal"]),
+    "signal": lambda row: _scaled_label(row["signal"]),
     "unit": lambda row: SCALES[row["unit"]][1],
-    "at orders\nof meshes": _scaled("mesh_amplitude"),
-    "largest\nsideband": _scaled("sideband_amplitude"),
-    "largest RMS\nof a tooth": _scaled("residual_tooth_rms"),
+    "at orders\nof meshes": _scaled_cell("mesh_amplitude"),
+    "largest\nsideband": _scaled_cell("sideband_amplitude"),
+    "largest RMS\nof a tooth": _scaled_cell("residual_tooth_rms"),
     "at tooth": _tooth_text,
     "kurtosis of\nresidual": _kurtosis_text,
 }

@@ -81,9 +81,9 @@ class SignalsProblem(SampledProblem):
     study: Signals
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("signals", self._measured)
+        yield Task("signals", self._measure_signals)
 
-    def _measured(self, job: Job) -> SignalsResult:
+    def _measure_signals(self, job: Job) -> SignalsResult:
         """The signals; DivergedError where the motion has no bound."""
         study, sampling = self.study, self.sampling
         state, observer = self.start_state(job)

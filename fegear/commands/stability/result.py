@@ -95,12 +95,12 @@ class StabilityResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": self._chart}
+        return {"plot": self._draw_chart}
 
-    def _chart(self) -> Figure:
+    def _draw_chart(self) -> Figure:
         study = self.study
         title = self.facts.title
-        if FRICTION not in study.names:
+        if FRICTION not in study.axis_names:
             title += friction_in_words(study.model.friction)
         if RATIO in self.facts.header:
             title += f", {RATIO} {self.facts.header[RATIO]}"
@@ -132,18 +132,18 @@ class StabilityResult(StudyResult):
                 f"{values['over']}\nfrom": lambda row: f"{row['first']:g}",
                 "to": lambda row: f"{row['last']:g}",
                 "widest\nat": lambda row: f"{row['value']:g}",
-                "from\n[Hz]": _finite("from_Hz"),
-                "to\n[Hz]": _finite("to_Hz"),
-                "largest\nmultiplier": _finite("floquet_max"),
+                "from\n[Hz]": _finite_cell("from_Hz"),
+                "to\n[Hz]": _finite_cell("to_Hz"),
+                "largest\nmultiplier": _finite_cell("floquet_max"),
             }
-            yield RowTable(_widest(columns)[:MAX_SHOWN], shown, whole=True)
+            yield RowTable(_widest_intervals(columns)[:MAX_SHOWN], shown, whole=True)
 
 
-def _finite(key: str) -> Any:
+def _finite_cell(key: str) -> Any:
     return lambda row: number(row[key], 6) if math.isfinite(row[key]) else ""
 
 
-def _widest(columns: list[dict[str, Any]]) -> list[dict[str, Any]]:
+def _widest_intervals(columns: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """For each combination, the widest first: where it is, and its widest interval."""
     by_kind: dict[str, list[dict[str, Any]]] = {}
     rows: list[dict[str, Any]] = []

@@ -133,9 +133,9 @@ class StabilityProblem(ParametricProblem):
     def tasks(self) -> Iterator[Task]:
         _ = self.natural_Hz  # what cannot be computed is refused at once
         for value in self.study.over.values:
-            yield Task(repr(value), partial(self._examined, value), size=1)
+            yield Task(repr(value), partial(self._scan_speeds, value), size=1)
 
-    def _examined(self, value: float, job: Job) -> StabilityScan:
+    def _scan_speeds(self, value: float, job: Job) -> StabilityScan:
         for column in job.records:
             return column
         with self._lock:
@@ -164,8 +164,8 @@ class StabilityProblem(ParametricProblem):
         header = self.header("none")
         del header["integration"]
         study, name = self.study, self.study.over.name
-        if TORQUE not in study.names:
-            header["torque_Nm"] = format_exact(self.load)
+        if TORQUE not in study.axis_names:
+            header["torque_Nm"] = format_exact(self.reference_torque)
         header["method"] = study.method
         if len(columns) < len(study.over.values):
             header["incomplete"] = f"{len(columns)} of {len(study.over.values)} values"

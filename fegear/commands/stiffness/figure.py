@@ -33,7 +33,7 @@ def draw_table(result: StaticsResult, title: str = "") -> Figure:
     """
     shown = min(result.pitches, SHOWN_PITCHES)
     first = _most_different(result.table, result.pitches, shown)
-    table = _some_pitches(result.table, result.pitches, first, shown)
+    table = _pitches_window(result.table, result.pitches, first, shown)
     heights = (1.35, 1.0, 1.0, 0.8)
     figure, rows = panels(4, size=(10.0, 11.6), heights=heights, share=True)
     stiffness, error, varying, share = every = [row[0] for row in rows]
@@ -62,7 +62,9 @@ def _most_different(table: MeshTable, pitches: int, shown: int) -> int:
     return min(max(worst - shown // 2, 0), pitches - shown)
 
 
-def _some_pitches(table: MeshTable, pitches: int, first: int, shown: int) -> MeshTable:
+def _pitches_window(
+    table: MeshTable, pitches: int, first: int, shown: int
+) -> MeshTable:
     """The table cut to the base pitches that are shown."""
     per_pitch = table.position.size // pitches
     window = slice(first * per_pitch, (first + shown) * per_pitch)
@@ -70,7 +72,7 @@ def _some_pitches(table: MeshTable, pitches: int, first: int, shown: int) -> Mes
     return replace(table, position=table.position[window], columns=columns)
 
 
-def _closed(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
+def _closed_cycle(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
     """A column over one base pitch with its first value repeated at position 1."""
     if table.position[-1] >= 1.0:
         return table.position, values
@@ -93,18 +95,18 @@ def _draw_by_torque(
 ) -> None:
     """A curve for each torque with its label."""
     for color, label, curve in zip(_torque_colors(table), labels, values, strict=True):
-        axes.plot(*_closed(table, curve), color=color, lw=1.8, label=label)
+        axes.plot(*_closed_cycle(table, curve), color=color, lw=1.8, label=label)
 
 
-def _at_torques(table: MeshTable, template: str) -> list[str]:
+def _torque_labels(table: MeshTable, template: str) -> list[str]:
     return [template.format(torque) for torque in table.torque_Nm]
 
 
 def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
-    labels = _at_torques(table, "total at {:.4g} N m")
+    labels = _torque_labels(table, "total at {:.4g} N m")
     _draw_by_torque(axes, table, 1e-6 * table["stiffness_N_per_m"], labels)
     torque, color = table.torque_Nm[middle], _torque_colors(table)[middle]
-    position, k = _closed(table, table["local_stiffness_N_per_m"][middle])
+    position, k = _closed_cycle(table, table["local_stiffness_N_per_m"][middle])
     label = f"local slope dF/dδ\nat {torque:.4g} N m"
     axes.plot(position, 1e-6 * k, ":", color=color, lw=1.4, label=label)
     for pair in range(1, table.pair_count + 1):
@@ -123,9 +125,9 @@ def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
 
 
 def _draw_error(axes: Axes, table: MeshTable) -> None:
-    labels = _at_torques(table, "loaded, {:.4g} N m")
+    labels = _torque_labels(table, "loaded, {:.4g} N m")
     _draw_by_torque(axes, table, 1e6 * table["ste_m"], labels)
-    position, nlte = _closed(table, table["nlte_m"][0])
+    position, nlte = _closed_cycle(table, table["nlte_m"][0])
     axes.plot(position, 1e6 * nlte, "r--", lw=1.2, label="no load")
     axes.set_ylabel("static transmission\nerror δ [um]")
     axes.set_ylim(bottom=min(0.0, 1.1e6 * float(nlte.min())))

@@ -52,7 +52,7 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
 
     loaded = along(cycle.load) > 0.0
     place = along(np.broadcast_to(path_positions(cycle), cycle.load.shape))[0]
-    every = slice(*_ends(loaded))
+    every = slice(*_path_ends(loaded))
 
     def under_load(values: Array) -> Array:
         return np.where(loaded, along(values), np.nan)[:, every]
@@ -60,22 +60,35 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
     return PairAlongPath(
         angle=np.degrees(roll_angles(pair, place)[0])[every],
         sliding=sliding_over_pitch_speed(pair, place)[every],
-        pressure=under_load(result.problem.plane_strain_pressure * cycle.pressure),
+        pressure=under_load(_pressure(result)),
         share=under_load(cycle.load_share),
         driver_root=under_load(_root_stress(result, "driver")),
         driven_root=under_load(_root_stress(result, "driven")),
-        is_edge=along(_edges(result))[:, every] > 0.0,
+        is_edge=along(_is_edge_contact(result))[:, every] > 0.0,
     )
 
 
-def _edges(result: StaticsResult) -> Array:
+def _pressure(result: StaticsResult) -> Array:
+    """Largest contact pressure of pairs (t, n, k), in plane strain [Pa].
+
+    Of slices of the face width those on the path, unless all are at its ends.
+    """
+    cycle = result.cycle
+    pressure = result.problem.plane_strain_pressure * cycle.pressure
+    if cycle.face is None:
+        return pressure
+    on_path = np.where(cycle.face.on_path, cycle.face.pressure, 0.0).max(axis=3)
+    return np.where(on_path > 0.0, on_path, pressure)
+
+
+def _is_edge_contact(result: StaticsResult) -> Array:
     """1 where the contact of a pair contains an edge, else 0 (t, n, k)."""
     torques = range(result.cycle.torque.size)
     pairs = [edge_pairs(result.problem, result.cycle, t) for t in torques]
     return np.array(pairs, float)
 
 
-def _ends(loaded: NDArray[np.bool_]) -> tuple[int, int]:
+def _path_ends(loaded: NDArray[np.bool_]) -> tuple[int, int]:
     """First place (t, m) with load at some torque, and the one after the last."""
     places = np.flatnonzero(np.any(loaded, axis=0))
     return int(places[0]), int(places[-1]) + 1
@@ -98,24 +111,31 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
     At MAX_CURVES torques at most, from the lowest to the highest.
     """
     along = pair_along_path(result)
-    figure, rows = panels(4, size=(10.0, 11.0), heights=(1, 1.2, 0.8, 0.7), share=True)
-    pressure, root, share, sliding = every = [row[0] for row in rows]
+    has_root = bool(np.isfinite([along.driver_root, along.driven_root]).any())
+    labels = {
+        "largest contact pressure\n[MPa], dotted at edges": 1.0,
+        "root stress [MPa]": 1.2,
+        "load share [%]": 0.8,
+        "sliding speed /\npitch-line speed": 0.7,
+    }
+    if not has_root:
+        del labels["root stress [MPa]"]
+    heights = tuple(labels.values())
+    size = (10.0, 3.0 * sum(heights))
+    figure, rows = panels(len(labels), size=size, heights=heights, share=True)
+    every = [row[0] for row in rows]
+    pressure, *roots, share, sliding = every
     for t, color, label in _torques(result):
         at_load, edge = 1e-6 * along.pressure[t], along.is_edge[t]
         pressure.plot(along.angle, at_load, ":", color=color, lw=1.0)
         smooth = np.where(edge, np.nan, at_load)
         pressure.plot(along.angle, smooth, color=color, label=label)
         driver, driven = 1e-6 * along.driver_root[t], 1e-6 * along.driven_root[t]
-        root.plot(along.angle, driver, color=color, label=f"driver, {label}")
-        root.plot(along.angle, driven, "--", color=color, label=f"driven, {label}")
+        for root in roots:
+            root.plot(along.angle, driver, color=color, label=f"driver, {label}")
+            root.plot(along.angle, driven, "--", color=color, label=f"driven, {label}")
         share.plot(along.angle, 100.0 * along.share[t], color=color, label=label)
     sliding.plot(along.angle, along.sliding, color="black", label="driver on driven")
-    labels = (
-        "largest contact pressure\n[MPa], dotted at edges",
-        "root stress [MPa]",
-        "load share [%]",
-        "sliding speed /\npitch-line speed",
-    )
     for axes, label in zip(every, labels, strict=True):
         axes.set_ylabel(label)
         _mark_path(axes, result, named=axes is pressure)
@@ -123,14 +143,14 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
     smooth = np.where(along.is_edge, np.nan, along.pressure)
     if np.isfinite(smooth).any():
         pressure.set_ylim(top=1.3e-6 * float(np.nanmax(smooth)))
-    for axes in every[:3]:
+    for axes in every[:-1]:
         axes.set_ylim(bottom=0.0)
     sliding.set_xlabel("roll angle of the contact point on the driver [deg]")
-    draw_title(figure, "\n".join(filter(None, (title, *_what_is_drawn(result)))))
+    draw_title(figure, "\n".join(filter(None, (title, *_drawn_quantities(result)))))
     return figure
 
 
-def _what_is_drawn(result: StaticsResult) -> Iterator[str]:
+def _drawn_quantities(result: StaticsResult) -> Iterator[str]:
     """Lines of the title on pairs and torques that are left out."""
     count = result.cycle.torque.size
     if result.pitches > 1:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from fegear.commands.stiffness.crack_tips import CrackIntensities
+from fegear.commands.stiffness.face_figure import draw_face
 from fegear.commands.stiffness.figure import draw_table
 from fegear.commands.stiffness.path_figure import draw_harris, draw_path
 from fegear.files.codes import with_code
@@ -51,6 +52,18 @@ HARMONIC_COLUMNS = (
     *("stiffness_amplitude_N_per_m", "stiffness_phase_rad"),
 )
 
+FACE_COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "K_Hbeta": cell("load_distribution_factor", 4),
+    "line load\nmax N/mm": cell("largest_line_load_N_per_mm", 4),
+    "at\nmm": cell("largest_line_load_at_mm", 3),
+    "at position\nbase pitches": cell("largest_line_load_at_position", 4),
+    "axial\nforce N": cell("axial_force_N", 4),
+    "load centre\nmean mm": cell("load_center_mm", 3),
+    "load centre\np-p mm": cell("load_center_peak_to_peak_mm", 3),
+}
+FACE_TITLE = "Loads over the face width, places from its middle"
+
 DROP_COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
     "largest\ndrop %": cell("largest_stiffness_drop_percent", 4),
@@ -69,7 +82,12 @@ CRACK_COLUMNS = (
     *("energy_release_rate_J_per_m2", "energy_release_rate_error_J_per_m2"),
 )
 
-TIP_COLUMNS: Columns = {
+FACE_LOAD_COLUMNS = (
+    *("torque_Nm", "position", "pair", "place_mm", "path_position"),
+    *("line_load_N_per_mm", "max_pressure_MPa"),
+)
+
+CRACK_TIP_COLUMNS: Columns = {
     "gear": lambda row: row["gear"],
     "tooth": lambda row: f"{row['tooth']}",
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
@@ -80,12 +98,12 @@ TIP_COLUMNS: Columns = {
     "at position\nbase pitches": cell("position", 5),
 }
 
-ROOT_BESIDE_CRACKS = (
+ROOT_STRESS_NOTE = (
     "root stress is that of teeth without a crack: while a cracked tooth carries the "
     "load, that of the fillets of its neighbours"
 )
 
-TIP_TITLE = "Tips of cracks where their energy release rate is largest"
+CRACK_TIP_TITLE = "Tips of cracks where their energy release rate is largest"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -109,7 +127,7 @@ class StiffnessResult(StudyResult):
             "gear_set": self.gear_set,
             "mesh": solved.name,
             "teeth": solved.teeth,
-            "plane": elements.plane,
+            "plane": solved.table.header["plane"],
             "resolution": elements.resolution,
             "corner_contact": CORNERS[elements.corner_contact],
             "friction_coefficient": elements.friction,
@@ -139,7 +157,7 @@ class StiffnessResult(StudyResult):
 
     @cached_property
     def _harmonics(self) -> list[list[dict[str, float]]]:
-        """Values of `HARMONIC_COLUMNS` but the torque, by torque and order."""
+        """Values but the torque, by torque and order."""
         count, solved = self.study.harmonic_count, self.solved
         columns = (
             solved.harmonics(name, count) for name in ("ste_m", "stiffness_N_per_m")
@@ -171,44 +189,70 @@ class StiffnessResult(StudyResult):
         torque, position = self.solved.cycle.torque, self.solved.cycle.position
         for tip in self.crack_tips:
             for t, n in enumerate(tip.energy_release_rate.argmax(axis=1)):
-                values = _at_tip(tip, float(torque[t]), float(position[n]), (t, n))
-                yield dict(zip(CRACK_COLUMNS, values, strict=True))
+                yield _values_at_crack_tip(
+                    tip, float(torque[t]), float(position[n]), (t, n)
+                )
 
-    def _crack_rows(self) -> list[tuple[Any, ...]]:
+    def _crack_rows(self) -> list[dict[str, Any]]:
         torque, position = self.solved.cycle.torque, self.solved.cycle.position
         return [
-            _at_tip(tip, float(torque[t]), float(position[n]), (t, n))
+            _values_at_crack_tip(tip, float(torque[t]), float(position[n]), (t, n))
             for tip in self.crack_tips
             for t, n in np.ndindex(tip.error.shape)
         ]
 
+    def _face_rows(self) -> list[dict[str, Any]]:
+        """Loads of slices that carry some."""
+        cycle, face = self.solved.cycle, self.solved.cycle.face
+        if face is None:
+            return []
+        return [
+            {
+                "torque_Nm": float(cycle.torque[t]),
+                "position": float(cycle.position[n]),
+                "pair": int(cycle.teeth[k]),
+                "place_mm": 1e3 * float(face.place[m]),
+                "path_position": float(face.path_position[n, k, m]),
+                "line_load_N_per_mm": 1e-3 * float(face.load[t, n, k, m]),
+                "max_pressure_MPa": 1e-6 * float(face.pressure[t, n, k, m]),
+            }
+            for t, n, k, m in np.argwhere(face.load > 0.0).tolist()
+        ]
+
     @property
     def more_tables(self) -> dict[str, Table]:
-        rows = [
-            (float(torque), *values.values())
+        harmonics = [
+            {"torque_Nm": torque, **values}
             for torque, every in zip(
-                self.solved.cycle.torque, self._harmonics, strict=True
+                self.solved.cycle.torque.tolist(), self._harmonics, strict=True
             )
             for values in every
         ]
-        legend = meanings("stiffness", *HARMONIC_COLUMNS, table="harmonics")
+        tables = {
+            "harmonics": (harmonics, HARMONIC_COLUMNS),
+            "cracks": (self._crack_rows(), CRACK_COLUMNS),
+            "face_loads": (self._face_rows(), FACE_LOAD_COLUMNS),
+        }
         header = {
             "gear set": self.gear_set,
             "mesh": self.solved.name,
             **self.study.gear_set.entries,
         }
-        of_cracks = header | meanings("stiffness", *CRACK_COLUMNS, table="cracks")
         return {
-            "harmonics": Table(HARMONIC_COLUMNS, lambda: rows, header | legend),
-            "cracks": Table(CRACK_COLUMNS, self._crack_rows, of_cracks),
+            name: Table.of_rows(
+                rows, header | meanings("stiffness", *columns, table=name), columns
+            )
+            for name, (rows, columns) in tables.items()
         }
 
     @property
     def figures(self) -> dict[str, Draw]:
+        over_face = {"face": partial(draw_face, self.solved, self._title)}
         return {
             "plot": partial(draw_table, self.solved, self._title),
             "path": partial(draw_path, self.solved, self._title),
             "harris": partial(draw_harris, self.solved, self._title),
+            **(over_face if self.solved.cycle.face is not None else {}),
         }
 
     @property
@@ -226,7 +270,9 @@ class StiffnessResult(StudyResult):
             "plane {plane}, resolution {resolution}, friction {friction_coefficient:g},"
             " corner contact {corner_contact}"
         ).format_map(values)
-        yield f"contact ratio {values['contact_ratio']:.4f}"
+        overlap = values["torques"][0].get("overlap_ratio")
+        ratio = f"contact ratio {values['contact_ratio']:.4f}"
+        yield f"{ratio}, overlap ratio {overlap:.4f}" if overlap else ratio
         if values["base_pitches"] > 1:
             yield (
                 f"with {'pitch errors' if self.healthy is None else 'faults'}, tooth "
@@ -235,13 +281,19 @@ class StiffnessResult(StudyResult):
             )
         yield RowTable(values["torques"], COLUMNS, text_columns=())
         yield RowTable(values["torques"], STRESS_COLUMNS, STRESS_TITLE, text_columns=())
+        if self.solved.problem.face is not None:
+            yield "root stress is not computed where loads vary over the face width"
+            yield RowTable(values["torques"], FACE_COLUMNS, FACE_TITLE, text_columns=())
         if values["crack_tips"]:
-            yield ROOT_BESIDE_CRACKS
+            yield ROOT_STRESS_NOTE
         if self.healthy is not None:
             yield RowTable(values["torques"], DROP_COLUMNS, DROP_TITLE, text_columns=())
         if values["crack_tips"]:
             yield RowTable(
-                values["crack_tips"], TIP_COLUMNS, TIP_TITLE, text_columns=("gear",)
+                values["crack_tips"],
+                CRACK_TIP_COLUMNS,
+                CRACK_TIP_TITLE,
+                text_columns=("gear",),
             )
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
@@ -251,30 +303,43 @@ class StiffnessResult(StudyResult):
 
 
 def _harmonic(error: Harmonic, stiffness: Harmonic) -> dict[str, float]:
-    """Values of `HARMONIC_COLUMNS` but the torque."""
-    values = error.order, error.amplitude, error.phase
-    both = *values, stiffness.amplitude, stiffness.phase
-    return dict(zip(HARMONIC_COLUMNS[1:], both, strict=True))
+    return {
+        "order": error.order,
+        "ste_amplitude_m": error.amplitude,
+        "ste_phase_rad": error.phase,
+        "stiffness_amplitude_N_per_m": stiffness.amplitude,
+        "stiffness_phase_rad": stiffness.phase,
+    }
 
 
-def _at_tip(
+def _values_at_crack_tip(
     tip: CrackIntensities, torque: float, position: float, index: tuple[int, int]
-) -> tuple[Any, ...]:
-    """Values of `CRACK_COLUMNS` of a crack at a torque and position, by their index."""
+) -> dict[str, Any]:
+    """Values of a crack at a torque and position, by their index."""
     opening, sliding = (1e-6 * tip.stress_intensity[index]).tolist()
-    rate, error = float(tip.energy_release_rate[index]), float(tip.error[index])
-    return torque, position, tip.gear, tip.tooth, opening, sliding, rate, error
+    return {
+        "torque_Nm": torque,
+        "position": position,
+        "gear": tip.gear,
+        "tooth": tip.tooth,
+        "mode1_stress_intensity_MPa_sqrt_m": opening,
+        "mode2_stress_intensity_MPa_sqrt_m": sliding,
+        "energy_release_rate_J_per_m2": float(tip.energy_release_rate[index]),
+        "energy_release_rate_error_J_per_m2": float(tip.error[index]),
+    }
 
 
 def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
     if values["discretisation_ste_mean"] is not None:
         corner = values["discretisation_ste_corner"]
+        distribution = values["discretisation_load_distribution_factor"]
         yield with_code(
             "E01",
             "discretisation, estimated error of STE at the worst torque: mean "
             f"{values['discretisation_ste_mean']:.1e}, on the path "
             f"{values['discretisation_ste_path']:.1e}, corner contact "
-            + (f"{corner:.1e}" if corner is not None else "none"),
+            + (f"{corner:.1e}" if corner is not None else "none")
+            + ("" if distribution is None else f"; of K_Hbeta {distribution:.1e}"),
         )
     if values["discretisation_root_stress"] is not None:
         yield with_code(

@@ -36,15 +36,19 @@ ELEMENTS = SettingsGroup(
     ),
 )
 MIN_POSITIONS = 2
-MORE = {
+TABLE_HELP = {
     "cracks": "Write stress intensities and energy release rate of all open cracks to "
     "this CSV file.",
+    "face_loads": "Write load per length and pressure over the face width to this CSV "
+    "file; needs helical gears, a lead modification or an axial offset.",
     "harmonics": "Write amplitude and phase of the first harmonics of transmission "
     "error and stiffness to this CSV file.",
 }
-PICTURES = {
+PICTURE_HELP = {
     "path": f"Draw pressure, root stress, load share and sliding {INTO_PICTURE}: over "
     "the driver's roll angle along the path of contact.",
+    "face": "Draw pressure over the flank, and load over the face width, "
+    f"{INTO_PICTURE}; needs helical gears, a lead modification or an axial offset.",
     "harris": "Draw the transmission error at each torque, and its peak to peak over "
     f"the torque, {INTO_PICTURE}; needs two torques or more.",
 }
@@ -65,8 +69,8 @@ class MeshStiffness(
     contact grid; the column max_pressure_Pa has all pairs.
     """
 
-    more_tables = MORE
-    pictures = PLOT | PICTURES
+    more_tables = TABLE_HELP
+    pictures = PLOT | PICTURE_HELP
 
     gear_set: GearSetRef = DEFAULT_PAIR
     mesh: int = mesh_setting()
@@ -84,7 +88,7 @@ class MeshStiffness(
         positions = self.elements.positions
         if positions < MIN_POSITIONS:
             raise InputError(
-                f"positions = {positions}; allowed {MIN_POSITIONS} or more, as a "
+                f"positions = {positions}; must be {MIN_POSITIONS} or more, as a "
                 "single position has no peak to peak"
             )
 
@@ -97,6 +101,11 @@ class MeshStiffness(
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if "cracks" in outputs and not any(g.faults.cracks for g in self.gears.gears):
             yield "cracks", "needs a gear with cracks"
+        for name in ("face_loads", "face"):
+            if name in outputs:
+                index = mesh_index(self.gears, self.mesh)
+                if not self.gears.meshes[index].varies_over_width:
+                    yield name, "needs loads that vary over the face width"
         if "harris" in outputs:
             torques = chosen_torques(self.gears, self.torque, self.mesh)
             if len(torques) < 2:
@@ -105,9 +114,9 @@ class MeshStiffness(
     def tasks(self) -> Iterator[Task]:
         index = mesh_index(self.gears, self.mesh)
         torques = chosen_torques(self.gears, self.torque, self.mesh)
-        yield Task("table", partial(self._solved, self.gears, index, torques))
+        yield Task("table", partial(self._solve_stiffness, self.gears, index, torques))
 
-    def _solved(
+    def _solve_stiffness(
         self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
     ) -> StiffnessResult:
         solved = solve_mesh(gears, index, torques, self.elements, job.report)

@@ -32,7 +32,7 @@ from fegear.studies.trains.models import (
 )
 from fegear.studies.trains.responses import ResponsesResult, sweep_warnings
 from fegear.studies.trains.speeds import with_frequencies
-from fegear.studies.trains.swept_speeds import SweptSpeeds, unbegun
+from fegear.studies.trains.swept_speeds import SweptSpeeds, unbegun_branch
 from fegear.studies.trains.train_problem import (
     TrainFacts,
     TrainProblem,
@@ -57,11 +57,11 @@ from lumped.steady.sweep import Branch, Direction, reporting_observer, sweep
 from lumped.steady.truncation_check import check_truncation
 from lumped.train.system import LumpedSystem
 
-MORE = {
+TABLE_HELP = {
     "spectra": "Write the lines of the spectra of all motions, as amplitudes of the "
     f"dynamic transmission error [m], {TO_SINGLE_TABLE}."
 }
-LEGEND = "mesh_frequency_Hz", "order", "amplitude_m"  # of the spectra
+SPECTRA_LEGEND = "mesh_frequency_Hz", "order", "amplitude_m"  # of the spectra
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,7 +79,7 @@ class Sweep(
     """
 
     partial = True
-    more_tables = MORE
+    more_tables = TABLE_HELP
     pictures = PLOT | {
         "waterfall": f"Draw the spectra over speed {INTO_PICTURE}: "
         "a Campbell diagram, and harmonics of the mesh frequency."
@@ -105,9 +105,9 @@ class SweepProblem(TrainProblem):
     def systems(self) -> dict[float, LumpedSystem]:
         """The train by its torque on the input gear [N m]."""
         require_method(self.model, self.study.integration, self.gears)
-        arguments = self.model, self.model.excitations
+        sweep_arguments = self.model, self.model.excitations
         return {
-            torque: lumped_system(self.gears, torque, *arguments)
+            torque: lumped_system(self.gears, torque, *sweep_arguments)
             for torque in chosen_torques(self.gears, self.study.torque)
         }
 
@@ -128,42 +128,54 @@ class SweepProblem(TrainProblem):
     def tasks(self) -> Iterator[Task]:
         for torque, system in self.systems.items():
             for direction in self.study.directions:
-                work = partial(self._swept, system, direction)
-                size = len(self.frequencies)
-                yield Task(f"{torque!r} {direction}", work, size)
+                sweep_work = partial(self._sweep_speeds, system, direction)
+                speed_count = len(self.frequencies)
+                yield Task(f"{torque!r} {direction}", sweep_work, speed_count)
 
-    def _swept(self, system: LumpedSystem, direction: Direction, job: Job) -> Branch:
+    def _sweep_speeds(
+        self, system: LumpedSystem, direction: Direction, job: Job
+    ) -> Branch:
         settings = self.study.integration
         observer = reporting_observer(job.report, len(self.frequencies))
-        arguments = self.frequencies, direction, settings
-        branch = sweep(system, *arguments, observer=observer, stop=job.stop)
+        sweep_arguments = self.frequencies, direction, settings
+        branch = sweep(system, *sweep_arguments, observer=observer, stop=job.stop)
         if direction != self.study.directions[0]:
             return branch
         with suppress(Stopped):  # the speeds are finished without it
             callback = observer.callback
-            checks = check_truncation(system, branch.responses, settings, callback)
-            return replace(branch, checks=checks)
+            truncation_checks = check_truncation(
+                system, branch.responses, settings, callback
+            )
+            return replace(branch, checks=truncation_checks)
         return branch
 
     def gather(self, results: Mapping[str, Branch | None]) -> SweepResult:
         study, model = self.study, self.model
         system = next(iter(self.systems.values()))
         ratio = system.train.damping_ratio
-        method = integration_in_words(study.integration, model.number == "coupled")
-        checks = [c for branch in results.values() if branch for c in branch.checks]
-        entries = truncation_entries(system, checks)
+        integration_text = integration_in_words(
+            study.integration, model.number == "coupled"
+        )
+        truncation_checks = [
+            check for branch in results.values() if branch for check in branch.checks
+        ]
+        entries = truncation_entries(system, truncation_checks)
         branches = [
-            (torque, results[f"{torque!r} {direction}"] or unbegun(loaded, direction))
-            for torque, loaded in self.systems.items()
+            (
+                torque,
+                results[f"{torque!r} {direction}"]
+                or unbegun_branch(loaded_system, direction),
+            )
+            for torque, loaded_system in self.systems.items()
             for direction in study.directions
         ]
         facts = TrainFacts(
             summary=self.summary_head(ratio)
             | self.friction_entries()
             | bodies_described(entries)
-            | {"body_modes_error": truncation_error(checks)}
+            | {"body_modes_error": truncation_error(truncation_checks)}
             | static_entries(self.systems, len(self.gears.meshes)),
-            header=file_header(self.gears, model, ratio, method)
+            header=file_header(self.gears, model, ratio, integration_text)
             | entries
             | study.gear_set.entries,
             cycles_per_turn=cycles_per_turn(self.gears),
@@ -191,13 +203,16 @@ class SweepResult(ResponsesResult):
     def spectra(self) -> Sequence[SpectraOverSpeed]:
         """Lines of the motions of each branch."""
         settings = self.study.integration
-        every = [spectra_over_speed(*pair, settings) for pair in self.branches]
-        return [spectra for spectra in every if spectra.lines]
+        branch_spectra = [
+            spectra_over_speed(*torque_and_branch, settings)
+            for torque_and_branch in self.branches
+        ]
+        return [spectra for spectra in branch_spectra if spectra.lines]
 
     @property
     def more_tables(self) -> dict[str, Table]:
         rows = partial(spectra_rows, self.spectra)
-        legend = meanings("sweep", *LEGEND, table="spectra")
+        legend = meanings("sweep", *SPECTRA_LEGEND, table="spectra")
         table = Table(COLUMNS, rows, {**self.facts.header, **legend})
         return {"spectra": self.facts.with_driver_speed(table)}
 

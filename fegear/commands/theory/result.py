@@ -22,7 +22,7 @@ from lumped.closed_forms import ParametricSystem, Prediction, phase_extremes
 from lumped.common.csv_text import format_exact
 from lumped.train.system import LumpedSystem
 
-NESTED = "excited_by", "meshes", "limits"  # lists in the summary of a resonance
+NESTED_KEYS = "excited_by", "meshes", "limits"  # lists in the summary of a resonance
 
 OPTIMAL_RELIEF = (
     "of each tip, driver's and driven gear's, linear from the highest point of "
@@ -60,9 +60,11 @@ class TheoryResult(StudyResult):
             **self.facts.summary,
             "natural_frequencies": self.natural,
             "natural_frequencies_Hz": list(self.natural_Hz),
-            "meshes": [self._mesh(m) for m in range(len(self.system.excitations))],
+            "meshes": [
+                self._mesh_values(m) for m in range(len(self.system.excitations))
+            ],
             "resonances": [
-                self._resonance(prediction) for prediction in self.predictions
+                self._resonance_values(prediction) for prediction in self.predictions
             ],
             "warnings": list(self.facts.warnings),
         }
@@ -71,7 +73,7 @@ class TheoryResult(StudyResult):
     def table(self) -> Table:
         """A row for every resonance and mesh; a cell without a value is empty."""
         rows = [
-            {k: v for k, v in resonance.items() if k not in NESTED}
+            {k: v for k, v in resonance.items() if k not in NESTED_KEYS}
             | mesh
             | {"limits": "; ".join(resonance["limits"])}
             for resonance in self.summary["resonances"]
@@ -109,7 +111,7 @@ class TheoryResult(StudyResult):
         )
         return {"plot": lambda: draw_theory(self.predictions, meshes, title)}
 
-    def _mesh(self, mesh: int) -> dict[str, Any]:
+    def _mesh_values(self, mesh: int) -> dict[str, Any]:
         parametric = self.parametric
         first = 2.0 * abs(parametric.stiffness_harmonics[mesh, 0])
         return {
@@ -122,32 +124,32 @@ class TheoryResult(StudyResult):
             "other_reliefs": list(self.other_reliefs[mesh]),
         }
 
-    def _resonance(self, prediction: Prediction) -> dict[str, Any]:
-        near, top = prediction.resonance, prediction.top
+    def _resonance_values(self, prediction: Prediction) -> dict[str, Any]:
+        resonance, peak = prediction.resonance, prediction.top
         low, high = prediction.unstable or (None, None)
-        meshes = range(near.shapes.size)
+        meshes = range(resonance.shapes.size)
         return {
-            "resonance": _in_words(prediction.kinds),
+            "resonance": _excitation_in_words(prediction.kinds),
             "excited_by": [
                 {"mesh": mesh + 1, "as": kind}
                 for mesh, kind in prediction.kinds.items()
             ],
-            "mesh_frequency_Hz": near.at,
-            "natural_frequency_Hz": near.frequency,
-            "peak_frequency_Hz": None if top is None else top.frequency,
+            "mesh_frequency_Hz": resonance.at,
+            "natural_frequency_Hz": resonance.frequency,
+            "peak_frequency_Hz": None if peak is None else peak.frequency,
             "unstable_from_Hz": low,
             "unstable_to_Hz": high,
             "damping_ratio_without_instability": prediction.critical_damping,
-            "meshes": [self._on_mesh(prediction, mesh) for mesh in meshes],
+            "meshes": [self._values_on_mesh(prediction, mesh) for mesh in meshes],
             "limits": list(prediction.limits),
         }
 
-    def _on_mesh(self, prediction: Prediction, mesh: int) -> dict[str, Any]:
-        near, top = prediction.resonance, prediction.top
+    def _values_on_mesh(self, prediction: Prediction, mesh: int) -> dict[str, Any]:
+        resonance, peak = prediction.resonance, prediction.top
         rms = angle = None
-        if top is not None:
-            rms = float(near.amplitudes(top.amplitude)[mesh]) / math.sqrt(2.0)
-            angle = float(top.separation[mesh])
+        if peak is not None:
+            rms = float(resonance.amplitudes(peak.amplitude)[mesh]) / math.sqrt(2.0)
+            angle = float(peak.separation[mesh])
         begin, end = prediction.transitions[mesh] or (None, None)
         return {
             "mesh": mesh + 1,
@@ -164,19 +166,23 @@ class TheoryResult(StudyResult):
         None for the first mesh (phase reference), one that drives alone or not at all,
         or by second-order products with other phases.
         """
-        nothing = {"phase_of_least_drive": None, "least_drive_over_drive": None}
-        kind, near = prediction.kinds.get(mesh), prediction.resonance
+        no_values = {"phase_of_least_drive": None, "least_drive_over_drive": None}
+        kind, resonance = prediction.kinds.get(mesh), prediction.resonance
         if mesh == 0 or kind not in ("fundamental", "subharmonic"):
-            return nothing
-        by_mesh = near.driven_by if kind == "fundamental" else near.parametric_by
-        amplitude, now = abs(by_mesh[mesh]), abs(by_mesh.sum())
-        if not (amplitude > 0.0 and now > 0.0 and np.count_nonzero(by_mesh) > 1):
-            return nothing
+            return no_values
+        by_mesh = (
+            resonance.driven_by if kind == "fundamental" else resonance.parametric_by
+        )
+        amplitude, present_drive = abs(by_mesh[mesh]), abs(by_mesh.sum())
+        if not (
+            amplitude > 0.0 and present_drive > 0.0 and np.count_nonzero(by_mesh) > 1
+        ):
+            return no_values
         extremes = phase_extremes(by_mesh, mesh, 1)
         phase = self.system.train.meshes[mesh].phase - extremes.at_least
         return {
             "phase_of_least_drive": phase % 1.0,
-            "least_drive_over_drive": extremes.least / now,
+            "least_drive_over_drive": extremes.least / present_drive,
         }
 
     def page(self) -> Page:
@@ -196,23 +202,23 @@ class TheoryResult(StudyResult):
                 f"closed forms are about the averages of model {values['model']} "
                 f"[Hz]: {averages}"
             )
-        yield RowTable(values["meshes"], MESH, "Meshes", text_columns=())
+        yield RowTable(values["meshes"], MESH_COLUMNS, "Meshes", text_columns=())
         if any(row["optimal_tip_relief_m"] is not None for row in values["meshes"]):
             yield f"best tip relief: {OPTIMAL_RELIEF}"
             for row in values["meshes"]:
                 for line in row["other_reliefs"]:
                     yield f"not so in the gear set, mesh {row['mesh']}: {line}"
-        rows = list(_rows(values["resonances"]))
-        direct = [row for row in rows if "subharmonic" not in row["resonance"]]
-        grown = [row for row in rows if "subharmonic" in row["resonance"]]
-        phased = [row for row in rows if row["phase_of_least_drive"] is not None]
-        for columns, chosen, title in (
-            (PEAK, direct, "Peaks"),
-            (SUBHARMONIC, grown, "Subharmonics"),
-            (PHASE, phased, "Mesh phases of least excitation"),
+        rows = list(_page_rows(values["resonances"]))
+        direct_rows = [row for row in rows if "subharmonic" not in row["resonance"]]
+        subharmonic_rows = [row for row in rows if "subharmonic" in row["resonance"]]
+        phase_rows = [row for row in rows if row["phase_of_least_drive"] is not None]
+        for columns, chosen_rows, title in (
+            (PEAK_COLUMNS, direct_rows, "Peaks"),
+            (SUBHARMONIC_COLUMNS, subharmonic_rows, "Subharmonics"),
+            (PHASE_COLUMNS, phase_rows, "Mesh phases of least excitation"),
         ):
-            if chosen:
-                yield RowTable(chosen, columns, title)
+            if chosen_rows:
+                yield RowTable(chosen_rows, columns, title)
         for resonance in values["resonances"]:
             for limit in resonance["limits"]:
                 yield with_code(
@@ -222,36 +228,36 @@ class TheoryResult(StudyResult):
                 )
 
 
-def _in_words(kinds: Mapping[int, str]) -> str:
+def _excitation_in_words(kinds: Mapping[int, str]) -> str:
     """`fundamental of meshes 1 and 2`."""
     unique = dict.fromkeys(kinds.values())
-    return ", ".join(f"{kind} of {_meshes(kinds, kind)}" for kind in unique)
+    return ", ".join(f"{kind} of {_numbers_in_words(kinds, kind)}" for kind in unique)
 
 
-def _meshes(kinds: Mapping[int, str], kind: str) -> str:
+def _numbers_in_words(kinds: Mapping[int, str], kind: str) -> str:
     numbers = [str(mesh + 1) for mesh, mesh_kind in kinds.items() if mesh_kind == kind]
     return ("mesh " if len(numbers) == 1 else "meshes ") + " and ".join(numbers)
 
 
-def _rows(resonances: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
+def _page_rows(resonances: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """One for every resonance and mesh; the first one of each names the resonance."""
     for resonance in resonances:
         kinds = [entry["as"] for entry in resonance["excited_by"]]
         meshes = [str(entry["mesh"]) for entry in resonance["excited_by"]]
-        named = {"kind": "\n".join(kinds), "exciting": "\n".join(meshes)}
+        resonance_cells = {"kind": "\n".join(kinds), "exciting": "\n".join(meshes)}
         if len(set(kinds)) == 1:
-            named = {"kind": kinds[0], "exciting": ", ".join(meshes)}
-        named["at"] = f"{resonance['mesh_frequency_Hz']:.5g}"
+            resonance_cells = {"kind": kinds[0], "exciting": ", ".join(meshes)}
+        resonance_cells["at"] = f"{resonance['mesh_frequency_Hz']:.5g}"
         for mesh in resonance["meshes"]:
-            yield resonance | mesh | named
-            named = dict.fromkeys(named, "")
+            yield resonance | mesh | resonance_cells
+            resonance_cells = dict.fromkeys(resonance_cells, "")
 
 
-def _span(low: str, high: str) -> Cell:
+def _range_cell(low: str, high: str) -> Cell:
     return lambda row: "-" if row[low] is None else f"{row[low]:.4g} - {row[high]:.4g}"
 
 
-MESH: Columns = {
+MESH_COLUMNS: Columns = {
     "mesh": lambda row: str(row["mesh"]),
     "mean stiffness\n[N/m]": cell("mean_stiffness_N_per_m", 5),
     "first harmonic\nover mean": cell("first_harmonic_over_mean", 3),
@@ -259,14 +265,14 @@ MESH: Columns = {
     "best relief of\neach tip [um]": cell("optimal_tip_relief_m", 4, 1e6, none="-"),
 }
 
-PLACE: Columns = {
+RESONANCE_COLUMNS: Columns = {
     "resonance": lambda row: str(row["kind"]),
     "excited\nby mesh": lambda row: str(row["exciting"]),
     "at\n[Hz]": lambda row: str(row["at"]),
     "mesh": lambda row: str(row["mesh"]),
 }
 
-PHASE: Columns = {
+PHASE_COLUMNS: Columns = {
     "resonance": lambda row: str(row["resonance"]).partition(" of ")[0],
     "at\n[Hz]": lambda row: f"{row['mesh_frequency_Hz']:.5g}",
     "mesh": lambda row: str(row["mesh"]),
@@ -274,15 +280,15 @@ PHASE: Columns = {
     "excitation\nover now": cell("least_drive_over_drive", 3, none="-"),
 }
 
-PEAK: Columns = PLACE | {
+PEAK_COLUMNS: Columns = RESONANCE_COLUMNS | {
     "peak\nat [Hz]": cell("peak_frequency_Hz", none="-"),
     "RMS of\nDTE [um]": cell("dte_rms_m", 4, 1e6, none="-"),
     "angle\n[rad]": cell("separation_angle_rad", 3, none="-"),
-    "contact lost\n[Hz]": _span("contact_lost_from_Hz", "contact_lost_to_Hz"),
+    "contact lost\n[Hz]": _range_cell("contact_lost_from_Hz", "contact_lost_to_Hz"),
 }
 
-SUBHARMONIC: Columns = PLACE | {
-    "unstable\n[Hz]": _span("unstable_from_Hz", "unstable_to_Hz"),
-    "contact lost\n[Hz]": _span("contact_lost_from_Hz", "contact_lost_to_Hz"),
+SUBHARMONIC_COLUMNS: Columns = RESONANCE_COLUMNS | {
+    "unstable\n[Hz]": _range_cell("unstable_from_Hz", "unstable_to_Hz"),
+    "contact lost\n[Hz]": _range_cell("contact_lost_from_Hz", "contact_lost_to_Hz"),
     "gone from\ndamping": cell("damping_ratio_without_instability", 3, none="-"),
 }

@@ -74,9 +74,9 @@ class TheoryProblem(TrainProblem):
     study: Theory
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("resonances", self._predicted)
+        yield Task("resonances", self._predict)
 
-    def _predicted(self, job: Job) -> TheoryResult:
+    def _predict(self, job: Job) -> TheoryResult:
         """InputError without load, damping, or anything that varies."""
         torque, model, name = self.single_torque, self.model, self.gears.name
         if model.number == "coupled":
@@ -123,7 +123,7 @@ class TheoryProblem(TrainProblem):
                 self._optimal_relief(parametric, mesh, ranges[mesh]) for mesh in reliefs
             ),
             other_reliefs=tuple(
-                tuple(_other_reliefs(self.gears, mesh)) for mesh in reliefs
+                tuple(_other_relief_texts(self.gears, mesh)) for mesh in reliefs
             ),
             natural_Hz=tuple(natural_frequencies(natural)),
             natural=natural_in_words(natural, torque),
@@ -132,7 +132,7 @@ class TheoryProblem(TrainProblem):
     def _facts(
         self, torque: float, system: LumpedSystem, parametric: ParametricSystem
     ) -> TrainFacts:
-        ratio, rest = system.train.damping_ratio, np.abs(parametric.deflection)
+        ratio, rest_warnings = system.train.damping_ratio, np.abs(parametric.deflection)
         order = f"{parametric.stiffness_harmonics.shape[1]} harmonics"
         method = f"closed forms, {order}"
         return TrainFacts(
@@ -146,7 +146,9 @@ class TheoryProblem(TrainProblem):
             notes=self.notes,
             warnings=(
                 *self.warnings_at_rest({torque: system}),
-                *mesh_warnings(self.gears.meshes, ", at rest", rest, 0.0 * rest),
+                *mesh_warnings(
+                    self.gears.meshes, ", at rest", rest_warnings, 0.0 * rest_warnings
+                ),
             ),
         )
 
@@ -171,11 +173,11 @@ class TheoryProblem(TrainProblem):
         self, source: ExcitationSource, mesh: int, torque: float
     ) -> tuple[float, float] | None:
         """That of a mesh whose teeth have no relief, None for tables of others."""
-        without = unmodified(self.gears, mesh)
-        if self.study.table and without.meshes[mesh] != self.gears.meshes[mesh]:
+        without_relief = unmodified(self.gears, mesh)
+        if self.study.table and without_relief.meshes[mesh] != self.gears.meshes[mesh]:
             return None
         return _stiffness_range(
-            source.mesh_excitation(without, mesh, torque, self.model.springs)
+            source.mesh_excitation(without_relief, mesh, torque, self.model.springs)
         )
 
 
@@ -186,9 +188,11 @@ def _stiffness_range(excitation: MeshExcitation) -> tuple[float, float]:
     return float(total.min()), float(total.max())
 
 
-def _other_reliefs(gear_set: GearSet, mesh: int) -> Iterator[str]:
+def _other_relief_texts(gear_set: GearSet, mesh: int) -> Iterator[str]:
     """Reliefs of a mesh to which the best tip relief does not apply, in words."""
     spec = gear_set.meshes[mesh]
+    if spec.is_helical:
+        yield "lines of contact are inclined: eq. 2.28 is that of spur gears"
     for role, index, modified in zip(
         ("driver", "driven"), spec.gears, spec.flanks, strict=True
     ):

@@ -96,7 +96,7 @@ class ToleranceBands:
     @property
     def sample_columns(self) -> dict[str, ArrayLike]:
         """Deviations [m] and quantities of every pair of gears (s,)."""
-        solved, names = self.solved, _numbered(self.variables)
+        solved, names = self.solved, _names_with_numbers(self.variables)
         columns: dict[str, ArrayLike] = {
             f"{name}_deviation_m": column
             for name, column in zip(names, solved.deviations.T, strict=True)
@@ -145,7 +145,7 @@ def _percentiles(prefix: str, values: Array) -> dict[str, float]:
     }
 
 
-def _numbered(names: Sequence[str]) -> list[str]:
+def _names_with_numbers(names: Sequence[str]) -> list[str]:
     """Names with a number where several are equal."""
     return [
         f"{name}_{1 + names[:i].count(name)}" if names.count(name) > 1 else name

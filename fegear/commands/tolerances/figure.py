@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fegear.commands.tolerances.deviations import PEAK_TO_PEAK
+from lumped.common.units import TO_UM
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -15,9 +16,8 @@ if TYPE_CHECKING:
     from fegear.commands.tolerances.bands import ToleranceBands
 
 MIN_BINS, MAX_BINS = 15, 60
-Z_95 = 1.645  # 95 % of a normal distribution, in standard deviations
+Z_OF_95_PERCENT = 1.645  # standard deviations, from mean to 95 % quantile
 OUTER_PERCENT = 0.5  # of the values that are beyond either end of the distribution
-UM = 1e6  # micrometres of a metre
 
 
 def draw_tolerances(bands: ToleranceBands, title: str) -> Figure:
@@ -32,8 +32,8 @@ def draw_tolerances(bands: ToleranceBands, title: str) -> Figure:
 
 
 def _draw_distribution(axes: Axes, bands: ToleranceBands) -> None:
-    solved = UM * bands.solved.values[PEAK_TO_PEAK]
-    linear = UM * bands.linear_values[PEAK_TO_PEAK]
+    solved = TO_UM * bands.solved.values[PEAK_TO_PEAK]
+    linear = TO_UM * bands.linear_values[PEAK_TO_PEAK]
     outer = OUTER_PERCENT, 100.0 - OUTER_PERCENT
     ends = np.array([np.percentile(values, outer) for values in (solved, linear)])
     bins = int(np.clip(np.sqrt(solved.size), MIN_BINS, MAX_BINS))
@@ -50,7 +50,7 @@ def _draw_distribution(axes: Axes, bands: ToleranceBands) -> None:
             )
         else:
             axes.plot(middles, density, color=color, label=label)
-    nominal = UM * bands.nominal[PEAK_TO_PEAK]
+    nominal = TO_UM * bands.nominal[PEAK_TO_PEAK]
     axes.axvline(nominal, color="black", linestyle="--", label="nominal")
     for percent in (5, 95):
         at = float(np.percentile(solved, percent))
@@ -65,7 +65,7 @@ def _draw_distribution(axes: Axes, bands: ToleranceBands) -> None:
 def _draw_cycle(axes: Axes, bands: ToleranceBands) -> None:
     columns = {name: np.asarray(c) for name, c in bands.cycle_columns.items()}
     position = columns.pop("position")
-    ste = {name: UM * values for name, values in columns.items()}
+    ste = {name: TO_UM * values for name, values in columns.items()}
     axes.fill_between(
         position,
         ste["ste_p05_m"],
@@ -77,7 +77,7 @@ def _draw_cycle(axes: Axes, bands: ToleranceBands) -> None:
     axes.plot(position, ste["ste_p50_m"], color="tab:blue", label="50 %, solved")
     nominal = ste["ste_nominal_m"]
     axes.plot(position, nominal, color="black", linestyle="--", label="nominal")
-    width = Z_95 * ste["ste_first_order_std_m"]
+    width = Z_OF_95_PERCENT * ste["ste_first_order_std_m"]
     for sign, label in ((-1.0, "5 and 95 %, first order"), (1.0, None)):
         axes.plot(position, nominal + sign * width, color="tab:red", lw=1, label=label)
     axes.set_xlabel("mesh position [base pitches from the pitch point]")

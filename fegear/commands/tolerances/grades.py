@@ -14,9 +14,9 @@ from functools import cache
 from importlib import resources
 
 from fegear.files.errors import InputError
+from lumped.common.units import MM, UM
 from meshes import GearPair, SpurGear
 
-UM, MM = 1e-6, 1e-3
 BASE_GRADE = 5  # of the formulas; each further grade has sqrt(2) times its tolerances
 # in millimetres
 DIAMETERS, MODULES = (5.0, 15_000.0), (0.5, 70.0)

@@ -15,11 +15,11 @@ from fegear.commands.tolerances.deviations import (
     PEAK_TO_PEAK,
 )
 from fegear.commands.tolerances.figure import draw_tolerances
-from fegear.commands.tolerances.grades import UM
 from fegear.files.codes import with_code
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
+from lumped.common.units import UM
 
 MAX_BAND_ERROR = 0.1  # of the first order, above which a warning follows
 SCALES = {  # and names on the screen
@@ -27,15 +27,15 @@ SCALES = {  # and names on the screen
     PEAK_TO_PEAK: (1e6, "STE p-p [um]"),
 }
 
-BAND: Columns = {
+BAND_COLUMNS: Columns = {
     "quantity": lambda row: SCALES[row["quantity"]][1],
-    "nominal": lambda row: _scaled(row, "nominal"),
-    "5 %": lambda row: _scaled(row, "p05"),
-    "50 %": lambda row: _scaled(row, "p50"),
-    "95 %": lambda row: _scaled(row, "p95"),
+    "nominal": lambda row: _scaled_text(row, "nominal"),
+    "5 %": lambda row: _scaled_text(row, "p05"),
+    "50 %": lambda row: _scaled_text(row, "p50"),
+    "95 %": lambda row: _scaled_text(row, "p95"),
 }
 
-SOURCE: Columns = {
+SOURCE_COLUMNS: Columns = {
     "tolerance": lambda row: row["source"].replace("_", " "),
     "limit\n+- um": cell("limit_um", 3),
     "part of variance\n[%]": cell("share_of_ste_peak_to_peak", 3, 100.0),
@@ -43,11 +43,11 @@ SOURCE: Columns = {
 }
 
 
-def _scaled(row: Mapping[str, Any], key: str) -> str:
+def _scaled_text(row: Mapping[str, Any], key: str) -> str:
     return f"{SCALES[row['quantity']][0] * row[key]:.4g}"
 
 
-def _percent(value: float, of: float) -> str:
+def _percent_text(value: float, of: float) -> str:
     """Change of a value [%], with its sign."""
     return f"{100.0 * (value / of - 1.0):+.1f}"
 
@@ -77,19 +77,19 @@ class TolerancesResult(StudyResult):
             "samples": len(bands.solved.ste),
             "seed": study.seed,
             "quantities": bands.rows,
-            "tolerances": self._sources,
+            "tolerances": self._source_rows,
             "contact_ratio": nominal,
             "contact_ratio_least": least,
             "contact_ratio_largest": largest,
             "lost_contact_fraction": float(bands.solved.lost_contact.mean()),
             "moved_extremes_fraction": bands.moved_extremes,
             "jammed_fraction": bands.jammed,
-            "evidence": [self._evidence],
+            "evidence": [self._accuracy_text],
             "warnings": [*self.gear_warnings, *self._warnings()],
         }
 
     @property
-    def _sources(self) -> list[dict[str, Any]]:
+    def _source_rows(self) -> list[dict[str, Any]]:
         bands = self.bands
         return [
             {
@@ -103,18 +103,18 @@ class TolerancesResult(StudyResult):
         ]
 
     @property
-    def _sensitivities(self) -> list[dict[str, Any]]:
+    def _limit_effects(self) -> list[dict[str, Any]]:
         """A row for each tolerance, with the change of the 95 % value without it."""
         (row,) = (row for row in self.bands.rows if row["quantity"] == PEAK_TO_PEAK)
         every = row["first_order_p95"] / UM
         return [
             source
-            | {"without": f"{_percent(source['first_order_p95_without_um'], every)}"}
-            for source in self._sources
+            | {"without": _percent_text(source["first_order_p95_without_um"], every)}
+            for source in self._source_rows
         ]
 
     @property
-    def _outside(self) -> Iterator[str]:
+    def _values_outside_limits(self) -> Iterator[str]:
         """A line for each quantity whose nominal value is outside its band."""
         for row in self.bands.rows:
             if row["p05"] <= row["nominal"] <= row["p95"]:
@@ -126,7 +126,7 @@ class TolerancesResult(StudyResult):
             )
 
     @property
-    def _evidence(self) -> str:
+    def _accuracy_text(self) -> str:
         text = (
             "derivatives of the transmission error from one contact solution, off "
             f"slopes over the scatter by {self.bands.linear.derivative_error:.2g}"
@@ -138,7 +138,7 @@ class TolerancesResult(StudyResult):
         stderr = QUANTILE_STDERR / sqrt(len(bands.solved.ste))
         for row in bands.rows:
             if row["band_error"] > MAX_BAND_ERROR + 2.0 * stderr:
-                yield with_code("W29", self._nonlinear(row))
+                yield with_code("W29", self._nonlinear_warning(row))
         if bands.jammed > 0.0:
             text = (
                 f"backlash {bands.backlash / UM:.3g} um at the nominal centre distance;"
@@ -147,10 +147,10 @@ class TolerancesResult(StudyResult):
             )
             yield with_code("W30", text)
 
-    def _nonlinear(self, row: Mapping[str, Any]) -> str:
+    def _nonlinear_warning(self, row: Mapping[str, Any]) -> str:
         """How far the first order of a quantity is off, and what it leaves out."""
         names = "p05", "p95", "first_order_p05", "first_order_p95"
-        low, high, low_linear, high_linear = (_scaled(row, name) for name in names)
+        low, high, low_linear, high_linear = (_scaled_text(row, name) for name in names)
         lost = 100.0 * self.bands.solved.lost_contact.mean()
         return (
             f"{SCALES[row['quantity']][1]}: 5 and 95 % are {low} and {high}, to first "
@@ -174,20 +174,19 @@ class TolerancesResult(StudyResult):
     @property
     def table(self) -> Table:
         """A row for each quantity."""
-        rows = [list(row.values()) for row in self.bands.rows]
-        return Table(tuple(self.bands.rows[0]), lambda: rows, self._header)
+        return Table.of_rows(self.bands.rows, self._header)
 
     @property
     def more_tables(self) -> dict[str, Table]:
-        return {"samples_table": self._samples, "cycle": self._cycle}
+        return {"samples_table": self._sample_table, "cycle": self._cycle_table}
 
     @property
-    def _samples(self) -> Table:
+    def _sample_table(self) -> Table:
         """A row for each pair of gears."""
         return Table.of(self.bands.sample_columns, self._header)
 
     @property
-    def _cycle(self) -> Table:
+    def _cycle_table(self) -> Table:
         """A row for each position."""
         return Table.of(self.bands.cycle_columns, self._header)
 
@@ -205,13 +204,13 @@ class TolerancesResult(StudyResult):
             "{gear_set} mesh {mesh} at {torque_Nm:g} N m, grades {driver_grade} and "
             "{driven_grade} of ISO 1328-1: {samples} pairs of gears, seed {seed}"
         ).format_map(values)
-        yield RowTable(values["quantities"], BAND, "Bands", ("quantity",))
+        yield RowTable(values["quantities"], BAND_COLUMNS, "Bands", ("quantity",))
         kind = "uniform within the limits"
         if values["distribution"] == "normal":
             kind = f"normal, limits at {LIMIT_OVER_STD:g} standard deviations"
         title = f"Tolerances, {kind}: effect on STE p-p to first order"
-        yield RowTable(self._sensitivities, SOURCE, title, ("tolerance",))
-        yield from self._outside
+        yield RowTable(self._limit_effects, SOURCE_COLUMNS, title, ("tolerance",))
+        yield from self._values_outside_limits
         yield (
             "contact ratio {contact_ratio_least:.4g} to {contact_ratio_largest:.4g}"
         ).format_map(values)

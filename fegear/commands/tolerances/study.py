@@ -22,9 +22,10 @@ from fegear.commands.tolerances.deviations import (
     Distribution,
     ToleranceProblem,
 )
-from fegear.commands.tolerances.grades import UM, tolerances_of_pair
+from fegear.commands.tolerances.grades import tolerances_of_pair
 from fegear.commands.tolerances.result import TolerancesResult
 from fegear.files.errors import InputError
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.plausibility import gear_set_warnings
@@ -43,16 +44,17 @@ from fegear.studies.trains.gear_sets import (
 from fegear.studies.trains.loads import chosen_torque
 from lumped.common.array_types import Array
 from lumped.common.options import Range
+from lumped.common.units import UM
 from meshes import GearPair
 
 BLOCK = 250  # pairs of gears of a task
 GRADES = Range(1, 11)
-AMOUNT = Range(0.0, 1e4, "um")
+AMOUNT_RANGE = Range(0.0, 1e4, "um")
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
     exposed=expose("positions", "plane", "resolution", "corner_contact"),
 )
-MORE = {
+TABLE_HELP = {
     "samples_table": "Write the deviations of every pair of gears, and what follows "
     "from them, to this CSV file.",
     "cycle": "Write the band of the transmission error at each position to this CSV "
@@ -62,7 +64,7 @@ MORE = {
 
 def _tolerance(text: str, gears: str = "both gears") -> Any:
     default = f"that of the grade of {gears}" if gears else "js7 of ISO 286"
-    return setting(None, f"{text} [um]. [default: {default}]", AMOUNT)
+    return setting(None, f"{text} [um]. [default: {default}]", AMOUNT_RANGE)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +83,7 @@ class Tolerances(
     """
 
     pictures = PLOT
-    more_tables = MORE
+    more_tables = TABLE_HELP
     resumes = True
     unit = "block"
     partial = True
@@ -141,6 +143,7 @@ class Tolerances(
 
     def _limits(self, gears: GearSet, index: int) -> dict[str, float]:
         """Tolerances [m] by source."""
+        require_uniform_loads(gears, "tolerances")
         pair = gears.meshes[index].pair
         names = "single_pitch", "profile_slope", "profile_form", CENTER
         amounts = {name: getattr(self, f"{name}_um") for name in names}
@@ -185,10 +188,10 @@ class TolerancesProblem(Problem):
         study = self.study
         deviations = self.problem.sample(study.samples, study.seed)
         for i, block in enumerate(_blocks(deviations)):
-            work = partial(self._solved, block)
+            work = partial(self._solve_block, block)
             yield Task(f"{i}", work, size=len(block), n_records=1)
 
-    def _solved(self, deviations: Array, job: Job) -> Mapping[str, Array]:
+    def _solve_block(self, deviations: Array, job: Job) -> Mapping[str, Array]:
         if job.records and job.state is not None:
             return job.state
 

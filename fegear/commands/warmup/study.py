@@ -29,14 +29,15 @@ from lumped.common.compiled import CACHE_SUFFIX, CompileCount, kernel_cache
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
+    from fegear.statics.settings import StaticsSettings
     from fegear.train.model_settings import LumpedModel
 
 PAIR, GEARBOX, MACHINE = "liu-pair", "seed-five-speed", "roots-scaled"
 SPEED = 1000.0  # Hz, of the first mesh
-DECORATED = re.compile(
+COMPILED_DECORATOR = re.compile(
     r"^@(compiled|not_allocating|compiled_part|shared_part|inlined|allocating)$", re.M
 )
-SPUR = """
+SPUR_GEARBOX_TEXT = """
 name = "spur"
 [excitation]
 frequency_Hz = 25
@@ -48,135 +49,164 @@ inertia_kg_m2 = 1e-3
 tooth_play_mm = 0.1
 tooth_restitution = 0.8
 """
-PATIENCE = 0.2  # s between looks at whether the run is to end
+POLL_S = 0.2  # s between looks at whether the run is to end
 COLUMNS = "directory", "functions", "signatures"
 
 
-def _study(command: str, **settings: Any) -> Any:
+def _study_or_none(command: str, **settings: Any) -> Any:
     """A study, or None where its command is not there."""
     return load_study(command)(**settings) if command in commands() else None
 
 
-def _swept(model: LumpedModel, **settings: Any) -> Study | None:
-    swept = {"gear_set": PAIR, "torque": [100.0], "speeds": [SPEED]}
-    return _study("sweep", **swept, model=model, **settings)
+def _sweep_study(model: LumpedModel, **settings: Any) -> Study | None:
+    common_settings = {"gear_set": PAIR, "torque": [100.0], "speeds": [SPEED]}
+    return _study_or_none("sweep", **common_settings, model=model, **settings)
 
 
-def _damped(model: LumpedModel) -> Study | None:
-    over = {"over": "damping_ratio=0.04,0.05", "at": SPEED}
-    return _study("bifurcations", gear_set=PAIR, model=model, **over)
+def _bifurcations_over_damping(model: LumpedModel) -> Study | None:
+    axis_settings = {"over": "damping_ratio=0.04,0.05", "at": SPEED}
+    return _study_or_none("bifurcations", gear_set=PAIR, model=model, **axis_settings)
 
 
-def _statics() -> Iterator[Study | None]:
+def _statics_studies() -> Iterator[Study | None]:
     from fegear.statics.settings import StaticsSettings
 
     elements = StaticsSettings(resolution="coarse", positions=4)
-    yield _study("stiffness", gear_set=PAIR, torque=[100.0], elements=elements)
-    at = {"gear_set": PAIR, "torque": [100.0], "starts": 1}
-    yield _study("relief", **at, max_relief_um=1.0, elements=elements)
+    _place_a_slice(elements)
+    yield _study_or_none("stiffness", gear_set=PAIR, torque=[100.0], elements=elements)
+    settings = {"gear_set": PAIR, "torque": [100.0], "starts": 1}
+    yield _study_or_none("relief", **settings, max_relief_um=1.0, elements=elements)
 
 
-def _rectangular(**settings: Any) -> LumpedModel:
+def _place_a_slice(elements: StaticsSettings) -> None:
+    """Use what contact over the face width needs, without its finite elements."""
+    import numpy as np
+
+    from fegear.contact.compliance import PATCH
+    from fegear.contact.kernel_constants import kernel_inputs
+    from fegear.contact.slice_places import place_slices
+    from fegear.gearset import load_gear_set
+    from fegear.statics.solving import contact_problem
+
+    problem = contact_problem(load_gear_set(PAIR), 0, elements)
+    mesh, flanks, _ = kernel_inputs(problem)
+    patches = np.zeros(1, PATCH).view(np.recarray)
+    place_slices(mesh, flanks, patches, np.array([problem.pair.pitch_point]))
+
+
+def _model_of_rectangular_waves(**settings: Any) -> LumpedModel:
     """A lumped model without finite elements."""
-    from fegear.statics.stiffness_source import StiffnessSource
+    from fegear.statics.excitation_settings import ExcitationSettings
     from fegear.train.model_settings import LumpedModel
 
-    return LumpedModel(stiffness=StiffnessSource(kind="rectangular"), **settings)
+    return LumpedModel(excitation=ExcitationSettings(kind="rectangular"), **settings)
 
 
-def _springs() -> Iterator[Study | None]:
-    model = _rectangular()
-    yield _swept(model)
-    yield _swept(replace(model, friction=0.1, bending=0.0))
-    yield _study("branches", gear_set=PAIR, model=model, speeds=(SPEED, SPEED + 10.0))
-    yield _damped(model)
-    over = {"over": "friction=0:0.1:2", "speeds": "1400:1500:100"}
-    yield _study("stability", gear_set=PAIR, model=replace(model, bending=0.4), **over)
+def _lumped_studies() -> Iterator[Study | None]:
+    model = _model_of_rectangular_waves()
+    yield _sweep_study(model)
+    yield _sweep_study(replace(model, friction=0.1, bending=0.0))
+    yield _study_or_none(
+        "branches", gear_set=PAIR, model=model, speeds=(SPEED, SPEED + 10.0)
+    )
+    yield _bifurcations_over_damping(model)
+    axis_settings = {"over": "friction=0:0.1:2", "speeds": "1400:1500:100"}
+    yield _study_or_none(
+        "stability", gear_set=PAIR, model=replace(model, bending=0.4), **axis_settings
+    )
 
 
-def _bearings() -> Iterator[Study | None]:
-    model = _rectangular(number=1, translations=True, bearings="rolling")
+def _bearing_studies() -> Iterator[Study | None]:
+    model = _model_of_rectangular_waves(number=1, translations=True, bearings="rolling")
     edits = ("gear.1.ball_bearing={balls=9,ball_diameter_mm=8,pitch_diameter_mm=39}",)
     gear_set = GearSetRef(name=PAIR, edits=edits)
-    at = {"gear_set": gear_set, "torque": [100.0], "speeds": [SPEED]}
-    yield _study("sweep", model=model, **at)
+    settings = {"gear_set": gear_set, "torque": [100.0], "speeds": [SPEED]}
+    yield _study_or_none("sweep", model=model, **settings)
 
 
-def _adaptive() -> Iterator[Study | None]:
+def _adaptive_studies() -> Iterator[Study | None]:
     from lumped.steady.integration_settings import Settings
 
-    yield _swept(_rectangular(), integration=Settings(method="dopri5"))
+    yield _sweep_study(
+        _model_of_rectangular_waves(), integration=Settings(method="dopri5")
+    )
 
 
-def _coupled() -> Iterator[Study | None]:
-    from fegear.statics.stiffness_source import StiffnessSource
+def _coupled_studies() -> Iterator[Study | None]:
+    from fegear.statics.excitation_settings import ExcitationSettings
     from fegear.train.model_settings import LumpedModel
 
-    coarse = StiffnessSource(resolution="coarse")
-    model = LumpedModel(number="coupled", stiffness=coarse)
-    yield _swept(model)
-    yield _damped(model)
+    coarse_mesh = ExcitationSettings(resolution="coarse")
+    model = LumpedModel(number="coupled", excitation=coarse_mesh)
+    yield _sweep_study(model)
+    yield _bifurcations_over_damping(model)
 
 
-def _elements() -> Iterator[Study | None]:
+def _finite_element_studies() -> Iterator[Study | None]:
     from fegear.dynamics.build import FiniteElements
     from fegear.dynamics.stepper import DynamicSettings
-    from fegear.statics.stiffness_source import StiffnessSource
+    from fegear.statics.excitation_settings import ExcitationSettings
 
     settings = {
-        "source": StiffnessSource(resolution="coarse"),
+        "excitation": ExcitationSettings(resolution="coarse"),
         "integration": DynamicSettings(max_periods=1, windows=1, multiples=1, steps=8),
     }
     for elements in (
         FiniteElements(fidelity="quasistatic"),
         FiniteElements(fidelity="full", mesh=0.1, friction=0.1),
     ):
-        at = {"torque": [100.0], "speeds": [SPEED], "direction": "up"}
-        yield _study("dynamics", gear_set=PAIR, elements=elements, **at, **settings)
+        sweep_settings = {"torque": [100.0], "speeds": [SPEED], "direction": "up"}
+        yield _study_or_none(
+            "dynamics", gear_set=PAIR, elements=elements, **sweep_settings, **settings
+        )
 
 
-def _rattle() -> Iterator[Study | None]:
+def _rattle_studies() -> Iterator[Study | None]:
     from lumped.rattle.arcs import arcs_of, history_of
     from lumped.rattle.return_map import follow
     from lumped.rattle.sticking import sticking_from, sticking_motions
 
-    one = {"max_liftoffs": 1}
-    over = {"over": ("epsilon=0.09:0.1",), "starts": 1, "runs": 2}
-    yield _study("rattle noise", machine=MACHINE, starts=2, turns=2)
-    yield _study("rattle basin", machine=MACHINE, grid=5)
-    yield _study("rattle periodic", machine=MACHINE, **one)
-    yield _study("rattle bifurcation", machine=MACHINE, **one, **over)
-    yield _study("rattle manifold", machine=MACHINE, length=1.0, preimages=0)
-    noise = _study("rattle noise", machine=MACHINE)
+    one_liftoff = {"max_liftoffs": 1}
+    axis_settings = {"over": ("epsilon=0.09:0.1",), "starts": 1, "runs": 2}
+    yield _study_or_none("rattle noise", machine=MACHINE, starts=2, turns=2)
+    yield _study_or_none("rattle basin", machine=MACHINE, grid=5)
+    yield _study_or_none("rattle periodic", machine=MACHINE, **one_liftoff)
+    yield _study_or_none(
+        "rattle bifurcation", machine=MACHINE, **one_liftoff, **axis_settings
+    )
+    yield _study_or_none("rattle manifold", machine=MACHINE, length=1.0, preimages=0)
+    noise = _study_or_none("rattle noise", machine=MACHINE)
     if noise is not None:
         machine = noise.named.machine
         history_of(machine, arcs_of(machine, follow(machine, (0.0, 3.0), 2)))
         sticking_from(machine, (0.3, 0.5))
         sticking_motions(replace(machine, restitution=0.0))
     # last, as what is compiled before a use is reported with it
-    yield _study("rattle noise", machine="roots-a-sprung", starts=2, turns=2)
+    yield _study_or_none("rattle noise", machine="roots-a-sprung", starts=2, turns=2)
 
 
-def _clatter() -> Iterator[Study | None]:
-    yield _study("clatter", gearbox=GEARBOX, seconds=0.4)
+def _clatter_studies() -> Iterator[Study | None]:
+    yield _study_or_none("clatter", gearbox=GEARBOX, seconds=0.4)
     with TemporaryDirectory() as folder:
-        spur = Path(folder) / "spur.toml"
-        spur.write_text(SPUR, "utf-8")
+        gearbox_file = Path(folder) / "spur.toml"
+        gearbox_file.write_text(SPUR_GEARBOX_TEXT, "utf-8")
         for kind in ("implicit", "fermi"):
-            yield _study("clatter", gearbox=str(spur), seconds=1.0, kind=kind)
+            yield _study_or_none(
+                "clatter", gearbox=str(gearbox_file), seconds=1.0, kind=kind
+            )
 
 
 # by name, the number of uses and what they are; those that take longest come first,
 # and what shares kernels is in one list
 USES: Mapping[str, tuple[int, Callable[[], Iterator[Study | None]]]] = {
-    "coupled": (2, _coupled),
-    "springs": (5, _springs),
-    "elements": (2, _elements),
-    "clatter": (3, _clatter),
-    "adaptive": (1, _adaptive),
-    "bearings": (1, _bearings),
-    "statics": (2, _statics),
-    "rattle": (6, _rattle),
+    "coupled": (2, _coupled_studies),
+    "springs": (5, _lumped_studies),
+    "elements": (2, _finite_element_studies),
+    "clatter": (3, _clatter_studies),
+    "adaptive": (1, _adaptive_studies),
+    "bearings": (1, _bearing_studies),
+    "statics": (2, _statics_studies),
+    "rattle": (6, _rattle_studies),
 }
 
 
@@ -201,10 +231,8 @@ class Warmup(Study, command="warmup", example="warmup"):
         super().__post_init__()
         for name in self.only:
             if name not in USES:
-                message = (
-                    f"{display_name(self, 'only')} = {name}; allowed {', '.join(USES)}"
-                )
-                raise InputError(message)
+                only = display_name(self, "only")
+                raise InputError(f"{only} = {name}; allowed are {', '.join(USES)}")
 
     def tasks(self) -> Iterator[Task]:
         if None in map(kernel_cache, kernel_folders()):
@@ -253,18 +281,20 @@ class WarmupResult(StudyResult):
 
     @property
     def table(self) -> Table:
-        return Table(COLUMNS, lambda: [list(row.values()) for row in self.rows])
+        return Table.of_rows(self.rows, names=COLUMNS)
 
     def page(self) -> Page:
         values = self.summary
-        yield RowTable(self.rows, {name: partial(_word, name) for name in COLUMNS})
+        yield RowTable(
+            self.rows, {name: partial(_shown_value, name) for name in COLUMNS}
+        )
         yield (
             f"compiled {self.compiled} signatures; the cache holds "
             f"{values['signatures']} of {values['functions']} functions"
         )
 
 
-def _word(name: str, row: Mapping[str, Any]) -> str:
+def _shown_value(name: str, row: Mapping[str, Any]) -> str:
     return str(row[name])
 
 
@@ -278,7 +308,7 @@ def kernel_folders() -> tuple[Path, ...]:
                 path.parent
                 for root in roots
                 for path in root.rglob("*.py")
-                if DECORATED.search(path.read_text("utf-8"))
+                if COMPILED_DECORATOR.search(path.read_text("utf-8"))
             }
         )
     )
@@ -287,32 +317,32 @@ def kernel_folders() -> tuple[Path, ...]:
 def _compile(name: str, job: Job) -> set[str]:
     """Use kernels in a process of their own; names of signatures that it compiled."""
     context = multiprocessing.get_context("spawn")  # forks copy locks of threads
-    here, there = context.Pipe(duplex=False)
-    process = context.Process(target=_use, args=(name, there), daemon=True)
+    receiver, sender = context.Pipe(duplex=False)
+    process = context.Process(target=_run_use, args=(name, sender), daemon=True)
     process.start()
-    there.close()
-    done, compiled = 0, set[str]()
+    sender.close()
+    finished_uses, compiled_names = 0, set[str]()
     try:
         while True:
-            job.report("kernels", done, USES[name][0])
-            if not here.poll(PATIENCE):
+            job.report("kernels", finished_uses, USES[name][0])
+            if not receiver.poll(POLL_S):
                 continue
-            said = here.recv()
-            if isinstance(said, Exception):
-                raise said
-            done, compiled = done + 1, said
+            reply = receiver.recv()
+            if isinstance(reply, Exception):
+                raise reply
+            finished_uses, compiled_names = finished_uses + 1, reply
     except EOFError:  # at its end
         process.join()
         if process.exitcode:
             failure = f"kernels {name}: the process that compiles them ended with"
             raise ChildProcessError(f"{failure} {process.exitcode}") from None
-        return compiled
+        return compiled_names
     finally:
         process.terminate()
         process.join()
 
 
-def _use(name: str, said: Connection) -> None:
+def _run_use(name: str, reply_pipe: Connection) -> None:
     """What a process does: after each use it says which signatures it compiled."""
     from fegear.studies.running import run
 
@@ -323,6 +353,6 @@ def _use(name: str, said: Connection) -> None:
             for study in USES[name][1]():
                 if study is not None:
                     run(study, workers=1)
-                said.send(count.names)
+                reply_pipe.send(count.names)
     except Exception as error:
-        said.send(error)
+        reply_pipe.send(error)

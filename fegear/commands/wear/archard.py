@@ -176,19 +176,21 @@ class WearingMesh:
         driver, driven = self.profiles(depth)
         contact = replace(
             self.contact,
-            driver=self._worn(self.contact.driver, driver, "driver"),
-            driven=self._worn(self.contact.driven, driven, "driven"),
+            driver=self._worn_flank(self.contact.driver, driver, "driver"),
+            driven=self._worn_flank(self.contact.driven, driven, "driven"),
         )
         points = self.points
         return self._as_loaded(solve_cycle(contact, self.torque, points.places))
 
-    def _worn(self, flank: ContactFlank, wear: FlankProfile, role: str) -> ContactFlank:
+    def _worn_flank(
+        self, flank: ContactFlank, wear: FlankProfile, role: str
+    ) -> ContactFlank:
         profile = with_wear(flank.profile, wear, zones(self.pair, role))
         return replace(flank, profile=profile)
 
     def _as_loaded(self, cycle: ContactCycle) -> LoadedFlanks:
         points, regular = self.points, self.points.is_regular
-        load = cycle.load[0, points.place, self._pairs(cycle)]
+        load = cycle.load[0, points.place, self._pair_indices(cycle)]
         return LoadedFlanks(
             line_load=load / self.contact.face_width,
             position=cycle.position[regular],
@@ -196,26 +198,28 @@ class WearingMesh:
             stiffness=cycle.stiffness[0, regular],
             deflection=float((cycle.ste - cycle.no_load)[0, regular].mean()),
             corner_work=self._corner_work(cycle),
-            shift=self._shift(cycle),
+            shift=self._load_shift(cycle),
         )
 
-    def _arcs(self, cycle: ContactCycle) -> Array:
+    def _contact_arcs(self, cycle: ContactCycle) -> Array:
         """Centres (p, 2) of the loads on both flanks, from the tip corners [m]."""
-        arcs: Array = cycle.arc[0, self.points.place, self._pairs(cycle)]
+        arcs: Array = cycle.arc[0, self.points.place, self._pair_indices(cycle)]
         return arcs
 
-    def _pairs(self, cycle: ContactCycle) -> Indices:
+    def _pair_indices(self, cycle: ContactCycle) -> Indices:
         """Index (p,) of the pair at each point."""
         column = {int(k): i for i, k in enumerate(cycle.teeth)}
         return np.array([column[int(k)] for k in self.points.ahead])
 
     @cached_property
     def _arcs_without_wear(self) -> Array:
-        return self._arcs(solve_cycle(self.contact, self.torque, self.points.places))
+        return self._contact_arcs(
+            solve_cycle(self.contact, self.torque, self.points.places)
+        )
 
-    def _shift(self, cycle: ContactCycle) -> float:
+    def _load_shift(self, cycle: ContactCycle) -> float:
         """See `LoadedFlanks`."""
-        moved = np.abs(self._arcs(cycle) - self._arcs_without_wear)
+        moved = np.abs(self._contact_arcs(cycle) - self._arcs_without_wear)
         return float((moved.T / self.roll_angles).max()) / self.pair.base_pitch
 
     def _corner_work(self, cycle: ContactCycle) -> float:

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lumped.common.units import TO_UM
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from fegear.commands.wear.archard import WearingMesh, WornFlanks
-
-UM = 1e6  # micrometres of a metre
 
 
 def draw_wear(
@@ -40,8 +40,8 @@ def _draw_depth(
     axes: Axes, mesh: WearingMesh, worn: WornFlanks, row: int, color: str
 ) -> None:
     angles = np.degrees(mesh.roll_angles[row])
-    axes.plot(angles, UM * worn.depth[row], color=color)
-    axes.fill_between(angles, UM * worn.depth[row], color=color, alpha=0.2)
+    axes.plot(angles, TO_UM * worn.depth[row], color=color)
+    axes.fill_between(angles, TO_UM * worn.depth[row], color=color, alpha=0.2)
     pitch = np.interp(0.0, mesh.points.position, angles)
     axes.axvline(pitch, color="black", linestyle=":", label="pitch point")
     axes.set_xlabel("roll angle [deg], tip on the right")
@@ -66,7 +66,7 @@ def _draw_errors(axes: Axes, worn: WornFlanks) -> None:
     for loaded, label in ((worn.first, "before"), (worn.last, "worn")):
         position = np.append(loaded.position, loaded.position[0] + 1.0)
         ste = np.append(loaded.ste, loaded.ste[0])
-        axes.plot(position, UM * ste, label=label)
+        axes.plot(position, TO_UM * ste, label=label)
     axes.set_xlabel("mesh position [base pitches]")
     axes.set_ylabel("static transmission error [um]")
     axes.legend(fontsize=8)

@@ -28,9 +28,7 @@ from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from lumped.common.array_types import Array
-
-MICRO = 1e-6
-
+from lumped.common.units import UM
 
 MAX_STEP_ERROR = 0.05  # of the largest depth
 
@@ -81,40 +79,42 @@ class FlankWearResult(StudyResult):
         return {
             "gear_set": self.gear_set,
             "mesh": study.mesh,
-            "teeth": [gear.teeth for gear in self._geometries],
+            "teeth": [gear.teeth for gear in self._gear_geometries],
             "torque_Nm": self.mesh.torque,
             "cycles": study.cycles,
             "wear_coefficient_m2_per_N": study.wear_coefficient,
             "steps": worn.steps,
-            "largest_step_um": worn.largest_step / MICRO,
-            "gears": [self._gear(row) for row in range(2)],
+            "largest_step_um": worn.largest_step / UM,
+            "gears": [self._gear_values(row) for row in range(2)],
             "contact": [
-                {"flanks": "before", **_contact(worn.first)},
-                {"flanks": "worn", **_contact(worn.last)},
+                {"flanks": "before", **_contact_values(worn.first)},
+                {"flanks": "worn", **_contact_values(worn.last)},
             ],
             "errors": self._errors,
             "warnings": [*self.gear_warnings, *self._warnings()],
         }
 
     @property
-    def _geometries(self) -> tuple[Any, Any]:
+    def _gear_geometries(self) -> tuple[Any, Any]:
         return self.mesh.pair.driver, self.mesh.pair.driven
 
-    def _gear(self, row: int) -> dict[str, Any]:
+    def _gear_values(self, row: int) -> dict[str, Any]:
         mesh, depth = self.mesh, self.worn.depth[row]
-        deepest = int(depth.argmax())
+        deepest_point = int(depth.argmax())
         area = float(mesh.worn_areas(self.worn.lost)[row])
-        width, teeth = mesh.contact.face_width, self._geometries[row].teeth
+        width, teeth = mesh.contact.face_width, self._gear_geometries[row].teeth
         per_turn = mesh.depth_per_passage(self.worn.first)[row]
         position = mesh.points.position
         return {
             "gear": self.names[row],
             "revolutions": self.study.cycles * float(mesh.passages[row, 0]),
-            "largest_depth_um": float(depth[deepest]) / MICRO,
-            "at_roll_angle_deg": float(np.degrees(mesh.roll_angles[row, deepest])),
+            "largest_depth_um": float(depth[deepest_point]) / UM,
+            "at_roll_angle_deg": float(
+                np.degrees(mesh.roll_angles[row, deepest_point])
+            ),
             "at_diameter_mm": 1e3
-            * float(contact_diameters(mesh.pair, position)[row][deepest]),
-            "largest_per_turn_um": float(per_turn.max()) / MICRO,
+            * float(contact_diameters(mesh.pair, position)[row][deepest_point]),
+            "largest_per_turn_um": float(per_turn.max()) / UM,
             "worn_volume_mm3": 1e9 * area * width * teeth,
         }
 
@@ -161,8 +161,11 @@ class FlankWearResult(StudyResult):
             "steps": f"{self.worn.steps}",
             **self.study.gear_set.entries,
         }
-        both = [self._columns(row) for row in range(2)]
-        columns = {name: np.concatenate([c[name] for c in both]) for name in both[0]}
+        columns_of_both = [self._columns(row) for row in range(2)]
+        columns = {
+            name: np.concatenate([c[name] for c in columns_of_both])
+            for name in columns_of_both[0]
+        }
         return Table.of(columns, header)
 
     def _columns(self, row: int) -> dict[str, Array]:
@@ -235,14 +238,14 @@ class FlankWearResult(StudyResult):
         yield with_code("E30", text.format_map(values["errors"]))
 
 
-def _contact(loaded: LoadedFlanks) -> dict[str, float]:
+def _contact_values(loaded: LoadedFlanks) -> dict[str, float]:
     stiffness, ste = loaded.stiffness, loaded.ste
     mean = float(stiffness.mean())
     return {
         "mean_stiffness_N_per_m": mean,
         "peak_to_peak_over_mean": float(np.ptp(stiffness)) / mean,
-        "ste_mean_um": float(ste.mean()) / MICRO,
-        "ste_peak_to_peak_um": float(np.ptp(ste)) / MICRO,
+        "ste_mean_um": float(ste.mean()) / UM,
+        "ste_peak_to_peak_um": float(np.ptp(ste)) / UM,
         "largest_line_load_N_per_m": float(loaded.line_load.max()),
         "corner_sliding_percent": 100.0 * loaded.corner_work,
     }

@@ -16,11 +16,12 @@ from fegear.commands.wear.archard import (
     path_points,
     wear_off,
 )
-from fegear.commands.wear.result import MICRO, FlankWearResult
+from fegear.commands.wear.result import FlankWearResult
 from fegear.contact.profiles import profile_depth
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.plausibility import gear_set_warnings
@@ -42,6 +43,7 @@ from fegear.studies.trains.loads import chosen_torque
 from fegear.studies.trains.train_problem import refuse_edits
 from lumped.common.array_types import Array
 from lumped.common.options import Range
+from lumped.common.units import UM
 
 ROUNDED = 9  # decimals of angles [deg] and depths [um] in a file
 MIN_POSITIONS = 8
@@ -112,7 +114,7 @@ class FlankWear(
         positions = self.elements.positions
         if positions < MIN_POSITIONS:
             raise InputError(
-                f"positions = {positions}; allowed {MIN_POSITIONS} or more, between "
+                f"positions = {positions}; must be {MIN_POSITIONS} or more, between "
                 "which depths are interpolated"
             )
 
@@ -141,6 +143,7 @@ class FlankWear(
             raise InputError(
                 f"{gears.name}: planetary sets; wear is that of gears on fixed axes"
             )
+        require_uniform_loads(gears, "wear")
         require_no_faults(gears, set(FAULT_KINDS) - {"worn"}, "wear")
         return gears
 
@@ -183,16 +186,16 @@ class WearProblem(Problem):
     points: Any
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("wear", self._worn)
+        yield Task("wear", self._wear_off)
 
-    def _worn(self, job: Job) -> FlankWearResult:
+    def _wear_off(self, job: Job) -> FlankWearResult:
         study, gears = self.study, self.gears
         bare = without_wear(gears, self.index)
         contact = contact_problem(bare, self.index, study.elements, job.report)
         mesh = WearingMesh(contact, self.torque, study.wear_coefficient, self.points)
         before = self._depth_before(mesh)
         first = mesh.load(before)
-        depth_step = MICRO * (study.depth_step_um or 0.0)
+        depth_step = UM * (study.depth_step_um or 0.0)
         plan = StepPlan(depth_step or DEPTH_STEP_SHARE * first.deflection, study.steps)
         worn = wear_off(mesh, before, study.cycles, plan, job.report)
         coarser = wear_off(mesh, before, study.cycles, plan.halved, job.report)
@@ -244,7 +247,7 @@ class WearProblem(Problem):
 def _worn_teeth(roll_angles: Array, depth: Array) -> dict[str, Any]:
     """Keys of the wear of all teeth of a gear."""
     order = np.argsort(roll_angles)
-    angles, depths = np.degrees(roll_angles[order]), depth[order] / MICRO
+    angles, depths = np.degrees(roll_angles[order]), depth[order] / UM
     return {
         "roll_angle_deg": angles.round(ROUNDED).tolist(),
         "depth_um": depths.round(ROUNDED).tolist(),

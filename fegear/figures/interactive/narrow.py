@@ -37,12 +37,12 @@ LEGEND_FONT = 11.0  # pixels
 
 def narrow_layout(picture: Picture, frames: dict[FigurePanel, PanelMargins]) -> Element:
     """What a layout has on a narrow screen, by paths of its attributes."""
-    stack = _Stack(picture, frames)
+    stack = _PanelStack(picture, frames)
     stack.put_all()
     return rounded(stack.layout)
 
 
-class _Stack:
+class _PanelStack:
     """Parts below each other; down : pixels from the top of the figure."""
 
     def __init__(
@@ -57,79 +57,82 @@ class _Stack:
         self.below: list[tuple[str, float]] = []  # of keys of y, from the top
 
         hosts = picture.hosts
-        self.left = max(self._left(panel) for panel in hosts)
-        self.right = max(GAP, *(self._frame(panel).right for panel in hosts))
+        self.left = max(self._left_margin(panel) for panel in hosts)
+        self.right = max(
+            GAP, *(self._margins_with_twins(panel).right for panel in hosts)
+        )
         self.width = WIDTH - self.left - self.right
 
     def put_all(self) -> None:
-        for panel in _in_columns(self.picture.hosts):
+        for panel in _sort_by_column(self.picture.hosts):
             self._put_panel(panel)
             self._put_bars(panel)
             self._put_legends(panel)
         self._put_legends(None)
-        self._finish()
+        self._convert_to_fractions()
 
-    def _frame(self, panel: FigurePanel) -> PanelMargins:
+    def _margins_with_twins(self, panel: FigurePanel) -> PanelMargins:
         """Room around a panel and its twins."""
-        sharing = [panel, *self._twins(panel)]
+        panel_and_twins = [panel, *self._twins(panel)]
         return PanelMargins(
-            *map(max, zip(*(self.frames[p] for p in sharing), strict=True))
+            *map(max, zip(*(self.frames[p] for p in panel_and_twins), strict=True))
         )
 
     def _twins(self, panel: FigurePanel) -> list[FigurePanel]:
         panels = self.picture.panels
         return [other for other in panels if twin_host(other, panels) is panel]
 
-    def _left(self, panel: FigurePanel) -> float:
+    def _left_margin(self, panel: FigurePanel) -> float:
         """Room for numbers and label, which may have more lines than in the picture."""
-        lines = line_count(self._y_label(panel))
-        extra = lines - line_count(markup(panel.axes.get_ylabel()))
-        return self._frame(panel).left + LABEL_LINE * max(0, extra)
+        n_lines = line_count(self._wrapped_y_label(panel))
+        extra_lines = n_lines - line_count(markup(panel.axes.get_ylabel()))
+        return self._margins_with_twins(panel).left + LABEL_LINE * max(0, extra_lines)
 
-    def _y_label(self, panel: FigurePanel) -> str:
+    def _wrapped_y_label(self, panel: FigurePanel) -> str:
         return wrapped(
-            panel.axes.get_ylabel(), int(1.1 * self._height(panel, 300.0) / LETTER)
+            panel.axes.get_ylabel(),
+            int(1.1 * self._panel_height(panel, 300.0) / LETTER),
         )
 
-    def _height(self, panel: FigurePanel, width: float) -> float:
+    def _panel_height(self, panel: FigurePanel, width: float) -> float:
         """Height of a panel; more where each tick has a name."""
-        axes, inch = panel.axes, PIXELS_PER_INCH
+        axes, pixels_per_inch = panel.axes, PIXELS_PER_INCH
         if axes.get_aspect() != "auto":
             (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
             ratio = float(axes.get_aspect()) * abs((high - low) / (right - left))
             return min(width * ratio, MAX_EQUAL_HEIGHT)
-        root = self.picture.figure.get_size_inches()
+        figure_size = self.picture.figure.get_size_inches()
         x0, y0, x1, y1 = box_of(axes)
-        drawn = inch * root[1] * (y1 - y0)
-        ratio = drawn / (inch * root[0] * (x1 - x0))
-        height = min(max(width * ratio, 0.8 * drawn, MIN_HEIGHT), MAX_HEIGHT)
-        return max(height, TEXT_LINE * _named_ticks(panel))
+        drawn_height = pixels_per_inch * figure_size[1] * (y1 - y0)
+        ratio = drawn_height / (pixels_per_inch * figure_size[0] * (x1 - x0))
+        height = min(max(width * ratio, 0.8 * drawn_height, MIN_HEIGHT), MAX_HEIGHT)
+        return max(height, TEXT_LINE * _count_named_ticks(panel))
 
     def _put_panel(self, panel: FigurePanel) -> None:
-        frame, ending = self._frame(panel), panel.ending
+        frame, ending = self._margins_with_twins(panel), panel.ending
         letters = int(self.width / LETTER)
         x_label = wrapped(panel.axes.get_xlabel(), letters)
-        extra = line_count(x_label) - line_count(markup(panel.axes.get_xlabel()))
+        extra_lines = line_count(x_label) - line_count(markup(panel.axes.get_xlabel()))
         self.down += frame.top + self._put_title(panel)
-        height = self._height(panel, self.width)
+        height = self._panel_height(panel, self.width)
         self.spans[panel] = self.down, self.down + height
         for twin in (panel, *self._twins(panel)):
             self.spans[twin] = self.spans[panel]
             y_label = wrapped(twin.axes.get_ylabel(), int(1.1 * height / LETTER))
             self.layout[f"yaxis{twin.ending}.title.text"] = y_label
         self.layout[f"xaxis{ending}.title.text"] = x_label
-        self.down += height + frame.bottom + LABEL_LINE * max(0, extra) + GAP
+        self.down += height + frame.bottom + LABEL_LINE * max(0, extra_lines) + GAP
 
     def _put_title(self, panel: FigurePanel) -> float:
         """Set the title of a panel; pixels that it takes more than in the picture."""
-        for number, titled, text in panel_titles(self.picture):
-            if titled is panel:
-                marked = wrapped(
+        for number, titled_panel, text in panel_titles(self.picture):
+            if titled_panel is panel:
+                wrapped_title = wrapped(
                     text, int((self.width + 0.3 * self.left) / TITLE_LETTER)
                 )
-                self.layout[f"annotations[{number}].text"] = marked
+                self.layout[f"annotations[{number}].text"] = wrapped_title
                 return LABEL_LINE * max(
-                    0, line_count(marked) - line_count(markup(text))
+                    0, line_count(wrapped_title) - line_count(markup(text))
                 )
         return 0.0
 
@@ -150,12 +153,12 @@ class _Stack:
                 self.down += BAR_HEIGHT
 
     def _put_legends(self, panel: FigurePanel | None) -> None:
-        for shown in self.picture.legends:
-            if shown.panel is panel:
-                self._put_legend(shown)
+        for legend in self.picture.legends:
+            if legend.panel is panel:
+                self._put_legend(legend)
 
-    def _put_legend(self, shown: ShownLegend) -> None:
-        name = shown.name
+    def _put_legend(self, legend: ShownLegend) -> None:
+        name = legend.name
         self.layout |= {
             f"{name}.orientation": "h",
             f"{name}.xref": "paper",
@@ -167,11 +170,11 @@ class _Stack:
             f"{name}.maxheight": 1.0,
         }
         self.below.append((f"{name}.y", self.down))
-        rows = legend_rows(shown.labels, self.width)
-        breaks = max((label.count("\n") for label in shown.labels), default=0)
+        rows = legend_rows(legend.labels, self.width)
+        breaks = max((label.count("\n") for label in legend.labels), default=0)
         self.down += ENTRY_LINE * rows * (1.0 + 0.75 * breaks) + 2.0 * GAP
 
-    def _finish(self) -> None:
+    def _convert_to_fractions(self) -> None:
         """Pixels from the top become parts of the panels' height."""
         top = min(start for start, _ in self.spans.values())
         bottom = max(end for _, end in self.spans.values())
@@ -200,7 +203,7 @@ class _Stack:
         raise TypeError("no interactive form of a panel in a panel")
 
 
-def _named_ticks(panel: FigurePanel) -> int:
+def _count_named_ticks(panel: FigurePanel) -> int:
     """Number of names at the ticks of the ordinate; 0 where they are numbers."""
     from matplotlib.ticker import FixedFormatter
 
@@ -209,7 +212,7 @@ def _named_ticks(panel: FigurePanel) -> int:
     return len(axis.get_majorticklocs()) if is_named else 0
 
 
-def _in_columns(panels: list[FigurePanel]) -> Iterator[FigurePanel]:
+def _sort_by_column(panels: list[FigurePanel]) -> Iterator[FigurePanel]:
     """Panels of a column one after the other, as numbers are on the lowest."""
     yield from sorted(
         panels, key=lambda p: (round(box_of(p.axes)[0], 2), -box_of(p.axes)[1])

@@ -17,14 +17,14 @@ from fegear.gearset.faults.tooth_faults import (
 )
 from fegear.gearset.model import Mesh
 from fegear.gearset.modifications import FlankProfile
-from fegear.gearset.profiles import MeasuredPoints, measured
+from fegear.gearset.profiles import MeasuredPoints, convert_measured_points
 from fegear.gearset.schema import GearEntry
 from fegear.gearset.zones import Zones, zones
+from lumped.common.units import MM, UM
 from meshes import SpurGear
 from meshes.crack import Crack, crack_points, require_separate
 from meshes.gear import ceiled, floored
 
-MM, UM = 1e-3, 1e-6
 CRACK_KEYS = {
     "depth": "depth_mm",
     "tangent_angle": "tangent_angle_deg",
@@ -150,7 +150,7 @@ def _wear_profile(entry: WearEntry, flank: Zones, where: str) -> FlankProfile:
     if len(depths) < 2:
         count = f"{len(depths)} entries"
         raise InputError(f"{where}.depth_um has {count}; at least 2 needed")
-    rolls, missing = measured(table, flank, where)
+    rolls, missing = convert_measured_points(table, flank, where)
     return FlankProfile(
         roll_lengths=rolls,
         deviations=tuple(-depth for depth in missing),

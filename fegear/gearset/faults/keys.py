@@ -227,7 +227,7 @@ def _require_teeth(teeth: int, key: str, numbers: Sequence[int | None]) -> None:
     for position, number in enumerate(numbers, 1):
         if number is not None and number > teeth:
             name = key if key == "missing_teeth" else f"{key} entry {position}.tooth"
-            raise ValueError(f"{name} = {number}; allowed 1 to {teeth}")
+            raise ValueError(f"{name} = {number}; must be 1 to {teeth}")
 
 
 def _require_present(

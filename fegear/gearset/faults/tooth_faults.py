@@ -142,10 +142,6 @@ class Faults:
         teeth = {fault.tooth for fault in single if fault.tooth is not None}
         return tuple(sorted(teeth | set(self.missing)))
 
-    def cracks_of(self, tooth: int) -> tuple[ToothCrack, ...]:
-        """Cracks of a tooth, one root or both."""
-        return tuple(crack for crack in self.cracks if crack.tooth == tooth)
-
     def broken_height(self, tooth: int) -> float:
         """Height of a tooth's broken tip, 0 without."""
         return sum(tip.height for tip in self.broken_tips if tip.tooth == tooth)

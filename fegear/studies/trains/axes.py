@@ -13,7 +13,7 @@ from lumped.common.options import Range
 from lumped.steady.maps import Axis
 
 MAX_POINTS = 1_000_000
-ALLOWED = "allowed KEY=A:B:N with N values from A to B, or values with commas"
+AXIS_LIMITS = "must be KEY=A:B:N with N values from A to B, or values with commas"
 
 
 def parsed_axis(text: str) -> Axis:
@@ -24,7 +24,7 @@ def parsed_axis(text: str) -> Axis:
     try:
         points = _values(values)
     except ValueError:
-        raise ValueError(ALLOWED) from None
+        raise ValueError(AXIS_LIMITS) from None
     return Axis(name.strip(), points)
 
 
@@ -32,8 +32,8 @@ def _values(text: str) -> tuple[float, ...]:
     if ":" not in text:
         return tuple(float(value) for value in text.split(","))
     start, end, count = text.split(":")
-    alone = int(count) == 1 and float(start) != float(end)
-    if alone or not 1 <= int(count) <= MAX_POINTS:
+    is_single = int(count) == 1 and float(start) != float(end)
+    if is_single or not 1 <= int(count) <= MAX_POINTS:
         raise ValueError
     points = np.linspace(float(start), float(end), int(count))
     return tuple(float(f"{point:.12g}") for point in points)
@@ -98,7 +98,7 @@ def require_within(axis: Axis, allowed: Range, over: str) -> None:
     """Refuse an axis with a value outside a range; over : name of the setting."""
     for value in axis.values:
         if value not in allowed:
-            raise InputError(f"{over} {axis.name} = {value:.12g}; allowed {allowed}")
+            raise InputError(f"{over} {axis.name} = {value:.12g}; must be {allowed}")
 
 
 def require_axes(axes: tuple[Axis, ...]) -> None:

@@ -47,9 +47,12 @@ class GearSetRef:
         _ = self.overrides  # refuses what is no change
 
     @classmethod
-    def of(cls, gear_set: GearSet) -> GearSetRef:
-        require_gear_set(gear_set)
-        return cls(name=gear_set.name, preloaded=gear_set)
+    def of(cls, value: str | GearSet) -> GearSetRef:
+        """A gear set by its name, or itself."""
+        if isinstance(value, str):
+            return cls(name=value)
+        require_gear_set(value)
+        return cls(name=value.name, preloaded=value)
 
     @cached_property
     def overrides(self) -> dict[str, Any]:

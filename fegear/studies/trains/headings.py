@@ -22,12 +22,12 @@ TORQUE_WORDS = {
 
 def title_of(values: Mapping[str, Any]) -> str:
     """The heading of a summary in words."""
-    fixed = (
+    constants = (
         text.format(values[name])
         for name, text in WORDS.items()
         if values.get(name) is not None
     )
-    return ", ".join([values["gear_set"], *fixed])
+    return ", ".join([values["gear_set"], *constants])
 
 
 def friction_of_summary(values: Mapping[str, Any]) -> str:
@@ -45,9 +45,9 @@ def friction_in_words(
     """
     if not coefficient:
         return ""
-    turned = " turned by vibration" if sliding == "instantaneous" else ""
+    turned_text = " turned by vibration" if sliding == "instantaneous" else ""
     of = "" if torque is None else f", torque {TORQUE_WORDS[torque]}"
-    return f", friction {coefficient:g}{turned}{of}"
+    return f", friction {coefficient:g}{turned_text}{of}"
 
 
 def edits_in_words(header: Mapping[str, str]) -> str:

@@ -9,10 +9,10 @@ from fegear.files.errors import InputError
 from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
+from fegear.gearset.schema import MIN_TORQUE
 from fegear.studies.settings import setting
 from lumped.steady.maps import Axis
 
-MIN_TORQUE = 1e-6  # N m, less is lost in round-off
 LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
 DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
 
@@ -22,7 +22,6 @@ def torque_setting() -> Any:
         None,
         "Torque on the input gear [N\u00a0m]. [default: middle load case of the gear "
         "set]",
-        one_or_list=True,
     )
 
 
@@ -39,7 +38,6 @@ def torques_setting(gear: str = "input gear") -> Any:
         metavar="A:B:STEP",
         parse=_torques,
         several=True,
-        one_or_list=True,
     )
 
 
@@ -65,21 +63,23 @@ def chosen_torques(
         input_torques(gears) if mesh is None else gears.meshes[mesh - 1].torques
     )
     if not torques and not load_cases:
-        where = "" if free else f" for mesh {mesh}"
-        raise InputError(f"torque is missing; {gears.name} has no load case{where}")
+        setting_name = "" if free else f" for mesh {mesh}"
+        raise InputError(
+            f"torque is missing; {gears.name} has no load case{setting_name}"
+        )
     return torques or load_cases
 
 
-def _require_load(value: float, name: str, free: bool) -> None:
-    """Refuse a torque that is no load; free : whether it may be 0."""
-    if not (MIN_TORQUE <= value < 1e9 or (free and value == 0.0)):
-        raise InputError(f"{name} = {value:.12g}; {LOAD if free else DRIVER_LOAD}")
+def _require_load(value: float, name: str, is_free: bool) -> None:
+    """Refuse a torque that is no load; is_free : whether it may be 0."""
+    if not (MIN_TORQUE <= value < 1e9 or (is_free and value == 0.0)):
+        raise InputError(f"{name} = {value:.12g}; {LOAD if is_free else DRIVER_LOAD}")
 
 
 def require_torque_axis(axis: Axis, over: str) -> None:
     """Refuse an axis of torques on the input gear of which one is no load."""
     for value in axis.values:
-        _require_load(value, f"{over} {axis.name}", free=True)
+        _require_load(value, f"{over} {axis.name}", is_free=True)
 
 
 def chosen_torque(

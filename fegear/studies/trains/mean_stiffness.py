@@ -8,17 +8,19 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.unmodified import unmodified
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.settings import (
     SettingsGroup,
     display_name,
     expose,
     refusal,
-    refuse_given,
+    refuse_non_default,
 )
 from fegear.studies.trains.loads import chosen_torque
 
-FE_SETTINGS = SettingsGroup(kind=StiffnessSource, exposed=expose("plane", "resolution"))
+FE_SETTINGS = SettingsGroup(
+    kind=ExcitationSettings, exposed=expose("plane", "resolution")
+)
 
 
 def require_stiffness_edits(study: Any) -> None:
@@ -42,12 +44,15 @@ def stiffness_load(study: Any, gears: GearSet) -> float | None:
         reason = f"{gears.name} gives all mean stiffnesses, use "
         raise refusal(study, "torque", reason + "{stiffness} fe")
     reason = "the gear set gives all stiffness parameters, nothing is solved"
-    refuse_given(study.source, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
+    refuse_non_default(study.excitation, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
     return None
 
 
 def mean_stiffnesses(
-    gear_set: GearSet, torque: float, source: StiffnessSource, use_given: bool
+    gear_set: GearSet,
+    torque: float,
+    source: ExcitationSettings,
+    has_given_stiffness: bool,
 ) -> list[tuple[float, str]]:
     """Mean stiffness of every mesh [N/m], and where it comes from."""
     excitations, stiffnesses = Excitations(source), []
@@ -56,7 +61,7 @@ def mean_stiffnesses(
         origin = (
             f"finite elements at {driver_torque:g} N m on the driver, without relief"
         )
-        if nominal is not None and use_given:
+        if nominal is not None and has_given_stiffness:
             value, origin = nominal, "given by the gear set"
         else:
             table = excitations.table(unmodified(gear_set, mesh), mesh, driver_torque)

@@ -19,9 +19,9 @@ from lumped.train.system import LumpedSystem
 from lumped.train.truncation import MAX_ERROR
 
 BENDING = "friction-bending ratio"  # entries of the header of a file
-TURNED = "direction of friction"  # where vibration can turn it
+TURNED_FRICTION = "direction of friction"  # where vibration can turn it
 TORQUE_OF = "torque"  # where it is that of the input gear with friction
-LEAVES_OUT = {  # of what the coupled model has
+NEGLECTED = {  # of what the coupled model has
     1: "stiffening with load, deflection of tooth pairs by each other and vibration of "
     "the gears' bodies",
     2: "varying stiffness, load sharing of tooth pairs and vibration of the gears' "
@@ -34,9 +34,9 @@ STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
 
 def left_out_line(model: LumpedModel) -> str:
     """Sentence that says what a model lacks of the coupled one, or empty."""
-    if model.number not in LEAVES_OUT:
+    if model.number not in NEGLECTED:
         return ""
-    return f"model {model.number} leaves out {LEAVES_OUT[model.number]}"
+    return f"model {model.number} leaves out {NEGLECTED[model.number]}"
 
 
 def static_entries(
@@ -185,8 +185,8 @@ def truncation_entries(
         speeds = "a speed" if len(checks) == 1 else f"{len(checks)} speeds"
         if not math.isfinite(worst.error):
             reason = f"with all {solved} solved ones the motion diverges"
-            worst_at = f"at {worst.frequency:.6g} Hz"
-            return entries | {"body modes left out": f"{reason} {worst_at}"}
+            worst_text = f"at {worst.frequency:.6g} Hz"
+            return entries | {"body modes left out": f"{reason} {worst_text}"}
         entries["body modes left out"] = (
             f"all {solved} solved ones change the RMS at {speeds} by at most "
             f"{100.0 * worst.error:.2g} %, at {worst.frequency:.6g} Hz"
@@ -214,10 +214,10 @@ def truncation_warnings(checks: Sequence[TruncationCheck]) -> Iterator[str]:
 
 def natural_in_words(system: LumpedSystem, torque: float) -> str:
     """Which natural frequencies a system has; torque : on the input gear [N m]."""
-    about = "averages of the mesh stiffness"
+    error_text = "averages of the mesh stiffness"
     if system.contacts is not None:
-        about = "the loaded state"
-    return f"about {about} at {torque:g} N m"
+        error_text = "the loaded state"
+    return f"about {error_text} at {torque:g} N m"
 
 
 def file_header(
@@ -230,7 +230,7 @@ def file_header(
     return {
         "gear set": gear_set.name,
         "fegear version": package_version(),
-        **model.stiffness.header,
+        **model.excitation.header_of(gear_set),
         "damping ratio": format_exact(damping_ratio),
         "translations": "yes" if model.translations else "no",
         **_bearings(gear_set, model),
@@ -262,7 +262,7 @@ def _friction(model: LumpedModel) -> dict[str, str]:
         turns = (
             f" within {format_exact(model.transition)} m/s" if model.transition else ""
         )
-        entries[TURNED] = f"turned by vibration{turns}"
+        entries[TURNED_FRICTION] = f"turned by vibration{turns}"
     return entries | torque_entry(model.torque_of)
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.mesh_table_files import TABLE_FILE
-from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.settings import Setting, SettingsGroup, expose, group, setting
 from fegear.train.model_settings import SPRING_MODELS, LumpedModel, Number
 from lumped.steady.integration_settings import Settings
@@ -18,18 +18,20 @@ TABLES = (
 )
 
 
-def _idle_source(source: StiffnessSource) -> Iterator[tuple[str, str]]:
-    if source.kind != "trapezoid":
+def _unused_excitation_settings(
+    excitation: ExcitationSettings,
+) -> Iterator[tuple[str, str]]:
+    if excitation.kind != "trapezoid":
         yield "ramp", "needs {kind} trapezoid"
-    if source.kind != "fourier":
+    if excitation.kind != "fourier":
         yield "harmonics", "needs {kind} fourier"
-    if source.kind != "fe":
+    if excitation.kind != "fe":
         yield "relief_stiffness", "needs {kind} fe"
 
 
-SOURCE = SettingsGroup(
-    kind=StiffnessSource,
-    unused_options=_idle_source,
+EXCITATION = SettingsGroup(
+    kind=ExcitationSettings,
+    unused_options=_unused_excitation_settings,
     exposed=expose(
         *("kind", "ramp", "harmonics", "plane", "resolution", "relief_stiffness"),
         kind=Setting(option="--excitation"),
@@ -43,18 +45,27 @@ def parsed_number(text: str) -> Any:
     if text in get_args(Number):
         return text
     if text not in ("1", "2", "3"):
-        raise ValueError("allowed auto, coupled, 1, 2 and 3")
+        raise ValueError("must be auto, coupled, 1, 2 or 3")
     return int(text)
 
 
+def _parsed_bending(text: str) -> float | str:
+    """The friction-bending ratio, or `cycle`; ValueError says what is allowed."""
+    if text == "cycle":
+        return text
+    try:
+        return float(text)
+    except ValueError:
+        raise ValueError("must be cycle or a number") from None
+
+
 SPRINGS = expose(
-    *("number", "damping_ratio", "translations", "stiffness"),
+    *("number", "damping_ratio", "translations", "excitation"),
     number=Setting(
         option="--model", metavar="1|2|3", text=f"{SPRING_MODELS}.", parse=parsed_number
     ),
-    damping_ratio=Setting(option="--damping"),
     translations=Setting(option="--translations"),
-    stiffness=SOURCE,
+    excitation=EXCITATION,
 )
 
 ALL_MODELS = SPRINGS | expose(
@@ -64,23 +75,7 @@ ALL_MODELS = SPRINGS | expose(
 
 SLIDING = expose(
     *("friction", "bending"),
-    bending=Setting(
-        metavar="RATIO",
-        parse=float,
-        flags=(
-            (
-                "--varying-bending",
-                "cycle",
-                "Use the friction-bending ratio of each tooth pair along its path"
-                " from the mesh tables instead of the mean.",
-            ),
-            (
-                "--no-bending",
-                0.0,
-                "Leave out the bending of teeth by friction; the ratio is 0.",
-            ),
-        ),
-    ),
+    bending=Setting(metavar="RATIO|cycle", parse=_parsed_bending),
 )
 
 MOVING = SLIDING | expose(
@@ -91,7 +86,7 @@ MOVING = SLIDING | expose(
 BEARINGS = expose("bearings", bearings=Setting(option="--bearings"))
 
 
-def _idle_model(model: LumpedModel) -> Iterator[tuple[str, str]]:
+def _unused_model_settings(model: LumpedModel) -> Iterator[tuple[str, str]]:
     if model.number != "coupled":
         yield "without", "needs {number} coupled"
     if model.sliding != "instantaneous":
@@ -110,13 +105,13 @@ def lumped_model(
         SettingsGroup(
             kind=LumpedModel,
             exposed=offers,
-            unused_options=_idle_model,
+            unused_options=_unused_model_settings,
             default=default,
         )
     )
 
 
-def _idle_integration(settings: Settings) -> Iterator[tuple[str, str]]:
+def _unused_integration_settings(settings: Settings) -> Iterator[tuple[str, str]]:
     if settings.method != "rk4":
         yield "steps", f"{settings.method} chooses its own steps"
 
@@ -126,9 +121,13 @@ SETTLING = "tolerance", "max_periods"
 
 def lumped_integration() -> Any:
     """A field for the time integration of lumped models."""
-    exposed = expose(*SETTLING, "steps", "method")
+    exposed_settings = expose(*SETTLING, "steps", "method")
     return group(
-        SettingsGroup(kind=Settings, exposed=exposed, unused_options=_idle_integration)
+        SettingsGroup(
+            kind=Settings,
+            exposed=exposed_settings,
+            unused_options=_unused_integration_settings,
+        )
     )
 
 

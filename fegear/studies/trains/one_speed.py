@@ -83,8 +83,8 @@ class OneSpeedStudy(TrainStudy, Study):
         for start, name in (("from_speed", "speed"), ("from_rpm", "rpm")):
             value = getattr(self, start)
             if value is not None and value == getattr(self, name):
-                differs = f"must differ from {display_name(self, name)}"
-                raise InputError(f"{start} {value:g}; {differs}")
+                is_given_twice = f"must differ from {display_name(self, name)}"
+                raise InputError(f"{start} {value:g}; {is_given_twice}")
 
     @property
     def frequency(self) -> float:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from hashlib import sha256
 from typing import Any
 
+from fegear.files.contents import content_digest
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.gearset.edit import require_known_key
@@ -30,10 +30,13 @@ from lumped.train.system import LumpedSystem
 Point = tuple[float, ...]
 TORQUE, DAMPING = "torque_Nm", "damping_ratio"  # axes that are no keys of a gear set,
 FRICTION, BENDING = "friction", "friction_bending"  # of teeth, the same of all meshes
-HEAD = "gear_set", "model", "model_reason", "excitation"  # of a summary
-ENTRIES = {FRICTION: "friction coefficient", BENDING: "friction-bending ratio"}
+SUMMARY_HEAD_KEYS = "gear_set", "model", "model_reason", "excitation"  # of a summary
+HEADER_ENTRY_OF_AXIS = {
+    FRICTION: "friction coefficient",
+    BENDING: "friction-bending ratio",
+}
 OF_TEETH = {FRICTION: "friction", BENDING: "bending"}  # fields of a lumped model
-DAMPING_RATIO = require_present(
+DAMPING_RATIO_RANGE = require_present(
     allowed_of(LumpedModel.__dataclass_fields__["damping_ratio"]), "allowed"
 )
 KEY_OF_AXIS = {DAMPING: "dynamics.damping_ratio"}
@@ -56,22 +59,22 @@ class ParametricStudy(TrainStudy):
         raise NotImplementedError
 
     @property
-    def at_speeds(self) -> tuple[float, ...]:
+    def fixed_mesh_frequencies(self) -> tuple[float, ...]:
         """Mesh frequencies of the first mesh [Hz], where they are given."""
         return ()
 
     @property
-    def names(self) -> set[str]:
+    def axis_names(self) -> set[str]:
         """Names of the axes."""
         return {axis.name for axis in self.axes}
 
     @property
     def has_friction(self) -> bool:
         """Whether teeth have friction somewhere."""
-        return bool(self.model.friction) or FRICTION in self.names
+        return bool(self.model.friction) or FRICTION in self.axis_names
 
     @property
-    def need_of_model_1(self) -> str:
+    def reason_for_model_1(self) -> str:
         return NO_FRICTION if self.has_friction else ""
 
     def __post_init__(self) -> None:
@@ -86,13 +89,13 @@ class ParametricStudy(TrainStudy):
         if axis.name == MESH_FREQUENCY:
             speeds = display_name(self, "speeds")
             raise InputError(f"{over} {MESH_FREQUENCY}; is the speed, {speeds}")
-        why = f"{over} {axis.name} replaces it, leave it out"
+        replaced_reason = f"{over} {axis.name} replaces it, leave it out"
         name = OF_TEETH.get(axis.name) or FIELD_OF_AXIS.get(axis.name, "")
         if name == "torque" and self.torque is not None:
-            raise refusal(self, "torque", why)
-        of_model = name in ("friction", "bending", "damping_ratio")
-        if of_model and getattr(self.model, name) != getattr(LumpedModel(), name):
-            raise self.rejection(name, why)
+            raise refusal(self, "torque", replaced_reason)
+        is_model_field = name in ("friction", "bending", "damping_ratio")
+        if is_model_field and getattr(self.model, name) != getattr(LumpedModel(), name):
+            raise self.rejection(name, replaced_reason)
         if axis.name == BENDING and not self.has_friction:
             raise InputError(
                 f"{over} {BENDING}; needs {display_name(self, 'friction')} above 0"
@@ -102,7 +105,7 @@ class ParametricStudy(TrainStudy):
         elif axis.name in OF_TEETH:
             require_within(axis, Range(0.0, below=1.0), over)
         elif name == "damping_ratio":
-            require_within(axis, DAMPING_RATIO, over)
+            require_within(axis, DAMPING_RATIO_RANGE, over)
         key = KEY_OF_AXIS.get(axis.name, axis.name)
         if key in self.gear_set.overrides:
             raise self.gear_set.rejection(key, f"{over} varies it, leave it out")
@@ -115,24 +118,26 @@ class ParametricProblem(TrainProblem):
     """A train of which parameters vary."""
 
     @cached_property
-    def load(self) -> float:
+    def reference_torque(self) -> float:
         """Torque on the input gear where no axis varies it [N m]."""
-        on_axis = [max(axis.values) for axis in self.study.axes if axis.name == TORQUE]
-        return on_axis[0] if on_axis else self.single_torque
+        axis_torques = [
+            max(axis.values) for axis in self.study.axes if axis.name == TORQUE
+        ]
+        return axis_torques[0] if axis_torques else self.single_torque
 
     @cached_property
     def excitations(self) -> ExcitationSource:
         """One for all points, whose tables are solved once each."""
         return self.model.excitations
 
-    def _first(self, model: LumpedModel) -> LumpedSystem:
-        return lumped_system(self.gears, self.load, model, self.excitations)
+    def _system_at_load(self, model: LumpedModel) -> LumpedSystem:
+        return lumped_system(self.gears, self.reference_torque, model, self.excitations)
 
     @cached_property
     def _reference_system(self) -> LumpedSystem | None:
         """System that defines the body modes of all points."""
         coupled = self.model.number == "coupled"
-        return self._first(self.model) if coupled else None
+        return self._system_at_load(self.model) if coupled else None
 
     def system(self, point: Point) -> LumpedSystem:
         """The lumped system of a point."""
@@ -140,58 +145,60 @@ class ParametricProblem(TrainProblem):
             axis.name: int(v) if float(v).is_integer() else v
             for axis, v in zip(self.study.axes, point, strict=True)
         }
-        torque = values.pop(TORQUE, self.load)
+        torque = values.pop(TORQUE, self.reference_torque)
         tooth_axes = OF_TEETH.keys() & values.keys()
-        of_teeth: dict[str, Any] = {
+        tooth_values: dict[str, Any] = {
             OF_TEETH[name]: values.pop(name) for name in tooth_axes
         }
         try:
-            model = replace(self.model, **of_teeth)
+            model = replace(self.model, **tooth_values)
         except ValueError as error:
             raise InputError(str(error)) from None
-        changed = {KEY_OF_AXIS.get(name, name): value for name, value in values.items()}
-        gears = self._changed(tuple(changed.items()))
+        changed_keys = {
+            KEY_OF_AXIS.get(name, name): value for name, value in values.items()
+        }
+        gears = self._gear_set_with_values(tuple(changed_keys.items()))
         arguments = gears, torque, model, self.excitations
         return lumped_system(*arguments, self._reference_system)
 
     @cached_property
-    def _changed(self) -> Any:
+    def _gear_set_with_values(self) -> Any:
         """The gear set with other values of keys; the last one is kept."""
 
-        def changed(values: tuple[tuple[str, float], ...]) -> GearSet:
+        def change_gear_set(values: tuple[tuple[str, float], ...]) -> GearSet:
             return self.study.gear_set.changed(dict(values)) if values else self.gears
 
-        return lru_cache(maxsize=1)(changed)
+        return lru_cache(maxsize=1)(change_gear_set)
 
     @cached_property
     def ratio(self) -> float | None:
         """Damping ratio of every mode, None where it varies."""
-        varies = bool({DAMPING, KEY_OF_AXIS[DAMPING]} & self.study.names)
-        return None if varies else self._any_system.train.damping_ratio
+        is_varied = bool({DAMPING, KEY_OF_AXIS[DAMPING]} & self.study.axis_names)
+        return None if is_varied else self._any_system.train.damping_ratio
 
     @cached_property
     def _any_system(self) -> LumpedSystem:
         if self._reference_system is not None:
             return self._reference_system
         model = self.model
-        if BENDING in self.study.names:
+        if BENDING in self.study.axis_names:
             model = replace(model, bending=0.0)  # no mesh table need have it
-        return self._first(model)
+        return self._system_at_load(model)
 
     def header(self, integration: str) -> dict[str, str]:
         """Entries of a file without what the axes vary; see `file_header`."""
         # the friction is described unless no point has any
         axes = self.study.axes
-        of_axes = (max(axis.values) for axis in axes if axis.name == FRICTION)
-        friction = next(of_axes, self.study.model.friction)
-        shown = replace(self.model, friction=friction)
-        header = file_header(self.gears, shown, self.ratio or 0.0, integration)
-        if self.study.at_speeds:
-            header |= body_entries(self._any_system, self.study.at_speeds)
+        largest_frictions = (max(axis.values) for axis in axes if axis.name == FRICTION)
+        friction = next(largest_frictions, self.study.model.friction)
+        shown_model = replace(self.model, friction=friction)
+        header = file_header(self.gears, shown_model, self.ratio or 0.0, integration)
+        if self.study.fixed_mesh_frequencies:
+            header |= body_entries(self._any_system, self.study.fixed_mesh_frequencies)
         if self.ratio is None:
             del header["damping ratio"]
-        for name, entry in ENTRIES.items():
-            if name in self.study.names:
+        for name, entry in HEADER_ENTRY_OF_AXIS.items():
+            if name in self.study.axis_names:
                 header.pop(entry, None)
         return header | {"model": self.model.name}
 
@@ -207,29 +214,31 @@ class ParametricProblem(TrainProblem):
         over : name of what varies; speed : of the first mesh where it does not [Hz]
         warnings : besides those of the train at rest
         """
-        train = self.summary_head(self.ratio)
+        train_values = self.summary_head(self.ratio)
         summary = {
-            **{name: train[name] for name in HEAD},
+            **{name: train_values[name] for name in SUMMARY_HEAD_KEYS},
             "over": over,
             "speed_Hz": speed,
-            "torque_Nm": None if TORQUE in self.study.names else self.load,
+            "torque_Nm": None
+            if TORQUE in self.study.axis_names
+            else self.reference_torque,
             "damping_ratio": self.ratio,
         }
-        names = self.study.names
-        varies_teeth = any(
+        names = self.study.axis_names
+        teeth_vary = any(
             name.endswith(".teeth") or name.startswith("planetary.") for name in names
         )
-        system = {self.load: self._any_system}
-        at_rest = self.warnings_at_rest(system, self.study.at_speeds)
+        system = {self.reference_torque: self._any_system}
+        rest_warnings = self.warnings_at_rest(system, self.study.fixed_mesh_frequencies)
         return TrainFacts(
             summary=summary,
             header={**header, **self.study.gear_set.entries},
-            cycles_per_turn=None if varies_teeth else cycles_per_turn(self.gears),
+            cycles_per_turn=None if teeth_vary else cycles_per_turn(self.gears),
             notes=self.notes,
-            warnings=(*at_rest, *warnings),
+            warnings=(*rest_warnings, *warnings),
         )
 
 
 def digest(gear_set: GearSet) -> str:
     """Tells gear sets apart that have one name, such as a file that was edited."""
-    return sha256(repr(gear_set).encode()).hexdigest()[:16]
+    return content_digest(repr(gear_set).encode())

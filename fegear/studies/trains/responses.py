@@ -99,7 +99,9 @@ class ResponsesResult(StudyResult):
     def table(self) -> Table:
         """A row for every speed and mesh."""
         rows = sweep_table(
-            self.branches, self.model, {**self.facts.header, **self._gaps()}
+            self.branches,
+            self.model,
+            {**self.facts.header, **self._unfinished_counts()},
         )
         table = Table(
             COLUMNS,
@@ -108,7 +110,7 @@ class ResponsesResult(StudyResult):
         )
         return self.facts.with_driver_speed(table)
 
-    def _gaps(self) -> dict[str, str]:
+    def _unfinished_counts(self) -> dict[str, str]:
         """An entry of the header where an end before the end left speeds out."""
         total = len(self.branches) * len(self.frequencies)
         done = sum(len(branch.responses) for _, branch in self.branches)
@@ -238,7 +240,7 @@ def _page_of_branches(branches: list[dict[str, Any]], speeds: int) -> Page:
         kind, title = "largest", "Largest vibration" if speeds > 1 else None
     responses = [branch | entry for branch in branches for entry in branch[kind]]
     touches_back = any(row["back_side_fraction"] > 0.0 for row in responses)
-    columns = RESPONSE | BACK if touches_back else RESPONSE
+    columns = RESPONSE | BACK_CONTACT_COLUMN if touches_back else RESPONSE
     yield RowTable(responses, columns, title, WORDS)
     jumps = [branch | jump for branch in branches for jump in branch["jumps"]]
     if jumps:
@@ -269,7 +271,7 @@ RESPONSE: Columns = PLACE | {
     "peak\nforce [N]": cell("force_peak_N"),
     "contact\nlost [%]": lambda row: f"{100.0 * row['contact_loss_fraction']:.1f}",
 }
-BACK: Columns = {
+BACK_CONTACT_COLUMN: Columns = {
     "back\nside [%]": lambda row: f"{100.0 * row['back_side_fraction']:.1f}",
 }
 JUMP: Columns = PLACE | {

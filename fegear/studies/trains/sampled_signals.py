@@ -211,7 +211,11 @@ class SampledProblem(OneSpeedProblem):
         index = _gear_index(gears, study)
         train = self.system.train
         rates = train.mesh_rates
-        mesh = next(m for m, one in enumerate(gears.meshes) if index in one.gears)
+        mesh = next(
+            m
+            for m, first_wheel in enumerate(gears.meshes)
+            if index in first_wheel.gears
+        )
         teeth = gears.gears[index].geometry.teeth
         # a multiple that is no whole order is not in an average
         orders = {(teeth * rate / rates[mesh]).numerator for rate in rates}
@@ -242,21 +246,23 @@ class SampledProblem(OneSpeedProblem):
         name, value = "turns", f"{study.turns}"
         if study.is_ramp:
             name, value = "seconds", f"{study.seconds:g}"
-        shown = f"{display_name(study, name)} = {value}"
+        given_length = f"{display_name(study, name)} = {value}"
         turns = turning.turns(sampling.ramp.cycles)
         if turns < 1.0 - TURN_RTOL:
             raise InputError(
-                f"{shown}; {turning.name} turns {turns:.3g} times, 1 turn is needed"
+                f"{given_length}; {turning.name} turns {turns:.3g} times, 1 turn "
+                "is needed"
             )
         if study.pulses and turns * study.pulses < MIN_PULSES:
             raise InputError(
-                f"{shown}; {display_name(study, 'pulses')} = {study.pulses} makes "
-                f"{turns * study.pulses:.3g} pulses, {MIN_PULSES} or more are needed"
+                f"{given_length}; {display_name(study, 'pulses')} = {study.pulses} "
+                f"makes {turns * study.pulses:.3g} pulses, {MIN_PULSES} or more "
+                "are needed"
             )
         samples = round(sampling.ramp.duration * sampling.rate)
         if samples > MAX_SAMPLES:
             raise InputError(
-                f"{shown}; {turning.teeth} teeth and "
+                f"{given_length}; {turning.teeth} teeth and "
                 f"{study.samples} samples per mesh cycle make {samples} samples, at "
                 f"most {MAX_SAMPLES} are allowed"
             )
@@ -269,7 +275,7 @@ class SampledProblem(OneSpeedProblem):
     @property
     def tooth_at_pitch_point(self) -> NDArray[np.int64]:
         """The gear's tooth (p,) nearest to its first mesh's pitch point, from 1."""
-        return self._tooth_after(0.0)
+        return self._tooth_after_pitches(0.0)
 
     @property
     def teeth_of_intervals(self) -> NDArray[np.int64]:
@@ -280,9 +286,14 @@ class SampledProblem(OneSpeedProblem):
         turning = self.turning
         drives = self.gears.meshes[turning.mesh].driver == turning.index
         start, end = DRIVING_TOOTH if drives else DRIVEN_TOOTH
-        return np.stack([self._tooth_after(start + 0.5), self._tooth_after(end - 0.5)])
+        return np.stack(
+            [
+                self._tooth_after_pitches(start + 0.5),
+                self._tooth_after_pitches(end - 0.5),
+            ]
+        )
 
-    def _tooth_after(self, pitches: float) -> NDArray[np.int64]:
+    def _tooth_after_pitches(self, pitches: float) -> NDArray[np.int64]:
         """The gear's tooth (p,) nearest to where it is some pitches after the pitch
         point, from 1."""
         turning, points = self.turning, self.sampling.points

@@ -58,9 +58,9 @@ def rpm_setting(instead: str) -> Any:
 
 def refuse_both(study: Any, *names: str) -> None:
     """Raise InputError where two of some settings are given."""
-    present = [name for name in names if getattr(study, name) not in (None, ())]
-    if len(present) > 1:
-        shown = " and ".join(display_name(study, name) for name in present)
+    given_names = [name for name in names if getattr(study, name) not in (None, ())]
+    if len(given_names) > 1:
+        shown = " and ".join(display_name(study, name) for name in given_names)
         raise InputError(f"{shown} exclude each other")
 
 
@@ -69,19 +69,19 @@ def with_frequencies(study: Study, speeds: Mapping[str, Any]) -> Study:
 
     speeds : in rpm, by the names of the settings in Hz; None or () where not given
     """
-    given = {name: rpm for name, rpm in speeds.items() if rpm not in (None, ())}
-    if not given:
+    given_speeds = {name: rpm for name, rpm in speeds.items() if rpm not in (None, ())}
+    if not given_speeds:
         return study
     cycles = cycles_per_turn(study.gear_set.loaded)
     frequencies = {
-        name: tuple(mesh_frequency(cycles, one) for one in rpm)
+        name: tuple(mesh_frequency(cycles, is_single) for is_single in rpm)
         if isinstance(rpm, tuple)
         else mesh_frequency(cycles, rpm)
-        for name, rpm in given.items()
+        for name, rpm in given_speeds.items()
     }
-    of_rotation = {
+    rotation_frequencies = {
         member.name: member.default
         for member in exposed_fields(group_of(study))
         if member.name in ("rpm", "from_rpm")
     }
-    return replace(study, **of_rotation, **frequencies)
+    return replace(study, **rotation_frequencies, **frequencies)

@@ -39,9 +39,10 @@ class SweptSpeeds:
         speeds = getattr(self, name)
         if len(speeds) > 1 and all(b < a for a, b in pairwise(speeds)):
             shown = f"{display_name(self, name)} = {written_speeds(speeds)}"
-            down = f"{display_name(self, 'direction')} down"
+            falling_speeds = f"{display_name(self, 'direction')} down"
             raise InputError(
-                f"{shown}; must rise; {down} passes them from the highest to the lowest"
+                f"{shown}; must rise; {falling_speeds} passes them from the highest "
+                "to the lowest"
             )
 
     @property
@@ -50,6 +51,6 @@ class SweptSpeeds:
         return DIRECTIONS if self.direction == "both" else (self.direction,)
 
 
-def unbegun(system: LumpedSystem, direction: Direction) -> Branch:
+def unbegun_branch(system: LumpedSystem, direction: Direction) -> Branch:
     """A branch of which Ctrl-C left nothing."""
     return Branch(system, direction, (), complete=False)

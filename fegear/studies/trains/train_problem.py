@@ -15,16 +15,21 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.given_tables import given_table_warnings, read_mesh_tables
-from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.problem import Problem
-from fegear.studies.settings import display_name, group_of, options_of, refuse_given
+from fegear.studies.settings import (
+    display_name,
+    group_of,
+    options_of,
+    refuse_non_default,
+)
 from fegear.studies.table import Table
 from fegear.studies.trains.driver_speed import with_driver_speed
 from fegear.studies.trains.headings import title_of
 from fegear.studies.trains.loads import chosen_torque
 from fegear.studies.trains.model_texts import left_out_line, static_warnings
-from fegear.studies.trains.models import SOURCE
+from fegear.studies.trains.models import EXCITATION
 from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel, has_rolling_bearings, resolve_model
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
@@ -39,7 +44,7 @@ MODIFICATION_KEY = re.compile(r"_relief|[._]profile(\.|$)")
 # whose meshes repeat within so many periods, on a processor of 2021
 SET_UP_S, MOTION_S, MOTION_PERIODS = 1.3, 0.07, 16
 # beyond which a command says so before it starts, one without motions
-LONG_S, LONG_AT_REST_S = 60.0, 10.0
+LONG_DURATION_S, LONG_SET_UP_S = 60.0, 10.0
 # Longer motion of bodies with many modes, which only the set-up finds; of trains with
 # two shafts or more some have them
 MORE_BODY_MODES = 10.0
@@ -81,7 +86,7 @@ class TrainFacts:
         return title_of(self.summary)
 
 
-def _rounded(seconds: float) -> str:
+def _rounded_time(seconds: float) -> str:
     return f"{seconds / 60.0:.0f} min" if seconds >= 60.0 else f"{seconds:.0f} s"
 
 
@@ -105,11 +110,11 @@ class TrainProblem(Problem):
         gears = edited_gears(study)
         integration = getattr(study, "integration", None)
         method = integration.method if isinstance(integration, Settings) else "rk4"
-        model = _with_tables(study, gears)
+        model = _with_given_tables(study, gears)
         if not study.has_rolling and has_rolling_bearings(model, gears):
             model = replace(model, bearings="linear")
-        need = study.need_of_model_1
-        model, reason = resolve_model(model, gears, method, need)
+        model_1_reason = study.reason_for_model_1
+        model, reason = resolve_model(model, gears, method, model_1_reason)
         return cls(study, gears=gears, model=model, reason=reason)
 
     @property
@@ -138,29 +143,29 @@ class TrainProblem(Problem):
         runs : as long as this one; pitches : after which teeth repeat at least
         """
         with suppress(InputError, TrainError):  # the tasks refuse it
-            yield from self._duration(runs, pitches)
+            yield from self._duration_texts(runs, pitches)
 
-    def _duration(self, runs: int, pitches: int) -> Iterator[str]:
+    def _duration_texts(self, runs: int, pitches: int) -> Iterator[str]:
         if self.model.number != "coupled":
             return
         train = train_of(self.gears, 0.0, self.model.translations)
         periods = train.common_period[0] * max(*pair_periods(self.gears), pitches)
-        repeats_late = periods > MOTION_PERIODS
+        periods_to_repeat = periods > MOTION_PERIODS
         motion = MOTION_S * max(1.0, periods / MOTION_PERIODS)
         set_up = SET_UP_S * len(self.gears.meshes)
         motions, set_ups = runs * self.motions, runs * self.set_ups
         least = motions * motion + set_ups * set_up
-        most = least + (MORE_BODY_MODES - 1.0) * motions * motion * repeats_late
-        if most < (LONG_S if motions else LONG_AT_REST_S):
+        most = least + (MORE_BODY_MODES - 1.0) * motions * motion * periods_to_repeat
+        if most < (LONG_DURATION_S if motions else LONG_SET_UP_S):
             return
         task = f"{motions:.3g} motions"
-        if repeats_late:
+        if periods_to_repeat:
             task += f" that repeat after {periods} periods of the first mesh"
         if not motions:
             meshes = len(self.gears.meshes)
             task = f"load curves of {meshes} meshes, solved {set_ups} times,"
         option = display_name(self.study, "number")
-        times = " to ".join(dict.fromkeys(map(_rounded, (least, most))))
+        times = " to ".join(dict.fromkeys(map(_rounded_time, (least, most))))
         yield (
             f"coupled model: {task} take about {times} of processor time; {option} 1 "
             "takes a tenth or less"
@@ -178,7 +183,7 @@ class TrainProblem(Problem):
             "gear_set": self.gears.name,
             "model": self.model.name,
             "model_reason": self.reason or None,
-            "excitation": self.model.stiffness.header["excitation"],
+            "excitation": self.model.excitation.header_of(self.gears)["excitation"],
             "damping_ratio": damping_ratio,
             **fault_entries(self.gears),
         }
@@ -206,7 +211,7 @@ class TrainProblem(Problem):
             yield from frame_warnings(system.train)
             yield from left_out_warnings(system, speeds)
         for torque in systems:
-            yield from given_table_warnings(self.model.stiffness, self.gears, torque)
+            yield from given_table_warnings(self.model.excitation, self.gears, torque)
         yield from static_warnings(systems)
 
 
@@ -248,31 +253,33 @@ def bearing_notes(system: LumpedSystem) -> Iterator[str]:
 
 def edited_gears(study: TrainStudy) -> GearSet:
     """The gear set of a study; InputError for a change that it does not read."""
-    model, source = study.model, study.model.stiffness
+    model, source = study.model, study.model.excitation
     settings = {
         "torque": getattr(study, "torque", None),
         "damping_ratio": model.damping_ratio,
     }
     figures = (
-        isinstance(source, StiffnessSource) and source.kind != "fe" and not study.table
+        isinstance(source, ExcitationSettings)
+        and source.kind != "fe"
+        and not study.table
     )
     refuse_edits(study, settings, model.translations, figures, bool(study.table))
     return study.gear_set.loaded
 
 
-def _with_tables(study: TrainStudy, gears: GearSet) -> LumpedModel:
-    source = study.model.stiffness
+def _with_given_tables(study: TrainStudy, gears: GearSet) -> LumpedModel:
+    source = study.model.excitation
     if study.table:
         reason = f"{display_name(study, 'table')} replaces it, leave it out"
-        if isinstance(source, StiffnessSource):
-            refuse_given(source, [*SOURCE.exposed], reason, SOURCE)
+        if isinstance(source, ExcitationSettings):
+            refuse_non_default(source, [*EXCITATION.exposed], reason, EXCITATION)
         try:
-            return replace(study.model, stiffness=read_mesh_tables(study.table, gears))
+            return replace(study.model, excitation=read_mesh_tables(study.table, gears))
         except InputError as error:
             raise InputError(f"{display_name(study, 'table')}: {error}") from None
-    if isinstance(source, StiffnessSource) and not source.solves_elements(gears):
+    if isinstance(source, ExcitationSettings) and not source.solves_elements(gears):
         reason = "the gear set gives all stiffness parameters, nothing is solved"
-        refuse_given(source, ("plane", "resolution"), reason, SOURCE)
+        refuse_non_default(source, ("plane", "resolution"), reason, EXCITATION)
     return study.model
 
 

@@ -41,7 +41,7 @@ class TrainStudy:
         return bool(self.model.friction)
 
     @property
-    def need_of_model_1(self) -> str:
+    def reason_for_model_1(self) -> str:
         """Which of the settings, those of the model apart, needs model 1 to 3."""
         return ""
 

@@ -15,7 +15,7 @@ from tests.cli_commands import printed
 TORQUE, THIRD, SPEED = 123.4567, 1.0 / 3.0, 2345.678901
 RATIO = 0.0123456789
 FAST = "--excitation", "rectangular"
-LOADED = *FAST, "--torque", TORQUE, "--damping", RATIO
+LOADED = *FAST, "--torque", TORQUE, "--damping-ratio", RATIO
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+\.?\d*(?:e[-+]?\d+)?", re.IGNORECASE)
 CASES = {  # what is typed, and which numbers of it JSON and the file have
     "sweep": (
@@ -69,7 +69,7 @@ CASES = {  # what is typed, and which numbers of it JSON and the file have
     "theory": (("theory", "liu-pair", *LOADED), (), (TORQUE, RATIO), ()),
     "dynamics": (
         ("dynamics", "liu-pair", "--torque", TORQUE, "--friction", THIRD),
-        ("--damping", 0.2345678, "--fidelity", "quasistatic", "--speeds", SPEED),
+        ("--damping-ratio", 0.2345678, "--fidelity", "quasistatic", "--speeds", SPEED),
         (TORQUE, THIRD, 0.2345678, SPEED),
         (),
     ),

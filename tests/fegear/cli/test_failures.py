@@ -7,7 +7,6 @@ import subprocess
 import sys
 import time
 import unicodedata
-from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -70,33 +69,24 @@ def test_no_name(capsys, arguments, kind):
     assert f"no name of a {kind} (built-in: " in line
 
 
-def test_a_full_disk_under_a_map(capsys, monkeypatch, tmp_path):
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["map", *RECTANGULAR, "--over", "mesh.2.phase=0,1", "--at", "900"],
+        [*QUASISTATIC, "--resolution", "coarse", "--speeds", "2500"],
+    ],
+    ids=["map", "dynamics"],
+)
+def test_a_full_disk_under_a_checkpoint(capsys, monkeypatch, tmp_path, arguments):
     path = tmp_path / "m.csv"
-    module = import_module("fegear.files.store")
 
     def full(*_):
         raise FULL
 
-    monkeypatch.setattr(module.Checkpoint, "add", full)
-    options = ["--over", "mesh.2.phase=0,1", "--at", "900", "-o", path]
-    line = refused(capsys, "map", *RECTANGULAR, *options)
+    monkeypatch.setattr("fegear.files.store.Checkpoint.add", full)
+    line = refused(capsys, *arguments, "-o", path)
     reason = "cannot be written, no space left on device"
     assert line == f"fegear: {path}.partial: {reason}\n"
-
-
-def test_a_full_disk_under_dynamics(capsys, monkeypatch, tmp_path):
-    path = tmp_path / "d.csv"
-    module = import_module("fegear.files.store")
-
-    def full(*_):
-        raise FULL
-
-    monkeypatch.setattr(module.Checkpoint, "add", full)
-    coarse = ["--resolution", "coarse", "--speeds", "2500", "--direction", "up"]
-    line = refused(capsys, *QUASISTATIC, *coarse, "-o", path)
-    assert line == (
-        f"fegear: {path}.partial: cannot be written, no space left on device\n"
-    )
 
 
 @pytest.mark.slow

@@ -25,8 +25,7 @@ def test_a_random_case_ends_as_it_should(tmp_path, case):
 
 def test_the_fuzzer_knows_every_option():
     flags = {"--json", "--translations", "--hold-width", "--model-1", "--resume"}
-    flags |= {"--overwrite", "--whole", "--corner-contact", "--no-bending"}
-    flags |= {"--varying-bending"}
+    flags |= {"--overwrite", "--whole", "--corner-contact"}
     flags |= {"--all", "--quick"}  # take minutes
     flags |= {"--chaos", "--exponents", "--root", "--averages", "--symmetric"}
     fuzzed = {name for name in registered() if not name.startswith("bench ")}

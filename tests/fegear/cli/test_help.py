@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 import re
 import shlex
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_type_hints
@@ -48,6 +49,7 @@ WITHOUT_DEFAULT = {
 }
 
 
+MAX_HELP_LINES = 180
 COMMANDS = dict(commands())
 OPTIONS = [
     (name, param)
@@ -61,11 +63,13 @@ def label(value: Any) -> str:
     return value if isinstance(value, str) else max(value.opts, key=len)
 
 
+@cache
 def rendered(name: str) -> str:
     """Help on a screen of 80 columns, its lines joined again."""
     result = CliRunner(env={"COLUMNS": "80"}).invoke(app, [*name.split(), "--help"])
     assert result.exit_code == 0
     lines = result.stdout.splitlines()
+    assert len(lines) < MAX_HELP_LINES
     start = next((i for i, line in enumerate(lines) if "Example:" in line), len(lines))
     assert max(map(len, lines[:start])) <= 80
     text = "\n".join(lines)
@@ -76,7 +80,6 @@ def rendered(name: str) -> str:
 def test_an_option_says_what_it_is_its_unit_and_its_default(command, param):
     help_text = param.help or ""
     assert len(help_text) > 10
-    assert help_text[0].isupper() or help_text.startswith(".")
     name = max(param.opts, key=len)
     page = rendered(command)
     assert help_text.replace("\u00a0", " ") in page.replace("\u00a0", " ")

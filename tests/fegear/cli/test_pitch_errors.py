@@ -6,11 +6,11 @@ import json
 
 import pytest
 from typer.testing import CliRunner
+from written_tables import read_sweep
 
 from fegear.cli import app
 from fegear.files.errors import InputError
 from lumped.steady.maps import QUANTITIES
-from lumped.steady.sweep_table import read_sweep
 from lumped.train.table import read_table
 
 PINION, WHEEL = (0, 3), (1, -2, 0.5, 2, -1)  # um, repeated around
@@ -175,5 +175,5 @@ def test_every_base_pitch_can_be_drawn(uneven, equal, tmp_path):
     run("render", uneven, "--position", 0.4, *options)
     assert one != (tmp_path / "c.vtu").read_bytes()
     for gear_set, most in ((uneven, CYCLES), (equal, 1)):
-        with pytest.raises(InputError, match=f"--position = 10.5; allowed 0 to {most}"):
+        with pytest.raises(InputError, match=f"--position = 10.5; must be 0 to {most}"):
             run("render", gear_set, "--position", 10.5, *options)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
-from lumped.steady.sweep_table import read_sweep
+from written_tables import read_sweep
 
 UNIX_ONLY = ("fcntl", "resource", "pwd", "grp", "termios")
 RUN = """

@@ -8,8 +8,7 @@ import threading
 
 import pytest
 
-from fegear.cli.options import progress_bar
-from fegear.cli.progress import INTERVAL_S, progress_lines
+from fegear.cli.progress import INTERVAL_S, progress_bar, progress_lines
 
 PATIENCE_S = 30.0  # a thread that does not answer fails the test
 
@@ -72,8 +71,7 @@ def test_lines_of_a_pipe_are_on_the_error_stream(monkeypatch, capsys):
     def wait(seconds: float) -> bool:
         return clock.wait(seconds)
 
-    # the package has a function of this module's name
-    monkeypatch.setitem(progress_bar.__wrapped__.__globals__, "progress_lines", lines)
+    monkeypatch.setattr("fegear.cli.progress.progress_lines", lines)
     with progress_bar(enabled=True) as report:
         report("branches", 5, 9)
         assert clock.next_line() == "1 min: branches, 5 of 9"

@@ -21,6 +21,7 @@ TORQUE = 150.0  # N m
 CORNER = 0.25  # position at which the wheel's tip corner bears on the pinion
 PAIR = {
     "name": "corner",
+    "plane": "stress",
     "defaults": {
         "module_mm": 3.0,
         "face_width_mm": 18.0,

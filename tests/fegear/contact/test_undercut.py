@@ -25,6 +25,7 @@ from meshes import MeshSize
 TORQUE = 100.0
 TABLES = {
     "name": "undercut",
+    "plane": "stress",
     "defaults": {"module_mm": 4.0, "face_width_mm": 20.0},
     "gear": [
         {"name": "pinion", "teeth": 12, "hub_radius_mm": 10.0},

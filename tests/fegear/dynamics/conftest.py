@@ -31,8 +31,8 @@ from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.stiffness_source import StiffnessSource
 from lumped import LumpedSystem
 from meshes import MeshSize
 
@@ -117,7 +117,7 @@ def case_of(private_cache) -> Callable[..., Case]:
     errors : pitch errors of every gear [m]
     """
     tables = cache(
-        lambda level: Excitations(StiffnessSource(resolution=level, positions=64))
+        lambda level: Excitations(ExcitationSettings(resolution=level, positions=64))
     )
 
     @cache

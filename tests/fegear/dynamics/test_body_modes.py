@@ -15,7 +15,7 @@ from fegear.dynamics.model import dynamic_model
 from fegear.dynamics.sides import contact_sides
 from fegear.dynamics.stepper import DynamicSettings, ReducedStepper
 from fegear.elasticity.gear_modes import gear_modes, lowest_modes
-from fegear.train.coupled import contacts_of
+from fegear.train.coupled import contacts_from_load_curves
 from lumped.steady.integration_settings import Settings
 from lumped.steady.steady_state import steady_state
 from lumped.steady.steppers import FixedStepper
@@ -41,7 +41,7 @@ def contacts(case, modes):
     args = case.gear_set, case.reference, case.laws, case.settings
     sides = contact_sides(case.gear_set, case.laws)
     bodies = body_modes(case.gear_set, case.reference, sides, modes)
-    return replace(contacts_of(*args), modes=bodies)
+    return replace(contacts_from_load_curves(*args), modes=bodies)
 
 
 def in_the_frame_of_the_gears(case, modes):
@@ -133,7 +133,7 @@ def test_inertia_of_all_modes_is_that_of_the_static_displacement(case):
         gear_modes(settings.sector(gear), gear.density, 60e3) for gear in gear_set.gears
     ]
     bodies = body_modes(gear_set, case.reference, sides, modes)
-    contacts = contacts_of(gear_set, case.reference, case.laws, settings)
+    contacts = contacts_from_load_curves(gear_set, case.reference, case.laws, settings)
     for m, total in enumerate(inertias):
         pair, position = pitch_point(gear_set, m, bodies.rows.shape[1] - 1)
         pair_mask = (contacts.mesh_of == m) & (contacts.pairs == pair)

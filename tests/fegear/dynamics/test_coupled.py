@@ -15,10 +15,10 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.elasticity.gear_modes import lowest_modes
 from fegear.gearset import load_gear_set
 from fegear.gearset.phases import mesh_phases
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import BODIES
 from fegear.statics.solving import solve_mesh
-from fegear.statics.stiffness_source import StiffnessSource
-from fegear.train.coupled import contacts_of
+from fegear.train.coupled import contacts_from_load_curves
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.attractors.attractors import find_attractor
@@ -44,7 +44,7 @@ def system(case):
 
 def coupled(case, **changes):
     args = case.gear_set, case.reference, case.laws, case.settings
-    contacts = replace(contacts_of(*args), **changes)
+    contacts = replace(contacts_from_load_curves(*args), **changes)
     return replace(case.reference, contacts=contacts)
 
 
@@ -211,7 +211,7 @@ def test_back_flanks_are_as_stiff_as_drive_flanks(case_of):
 def test_it_does_not_matter_which_gear_drives():
     """Statics pass the cycle the other way round; natural frequencies are the same."""
     edits = {"mesh.1.driver": "idler", "mesh.1.driven": "pinion", "load.gear": "idler"}
-    model = LumpedModel(number="coupled", stiffness=StiffnessSource(positions=64))
+    model = LumpedModel(number="coupled", excitation=ExcitationSettings(positions=64))
     one = lumped_system(load_gear_set("liu-pair"), 100.0, model)
     other = load_gear_set("liu-pair", edits)
     two = lumped_system(other, 100.0 * 55.0 / 38.0, model)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from fegear.statics.solving import solve_mesh
-from fegear.train.coupled import contacts_of
+from fegear.train.coupled import contacts_from_load_curves
 from lumped import TrainError, respond
 from lumped.steady.motion import sweep_to_speed, time_history
 from lumped.train.table import pair_names, pair_teeth
@@ -19,7 +19,9 @@ SLOW = 20.0  # Hz, where only the change of stiffness itself still excites vibra
 
 
 def coupled(case):
-    contacts = contacts_of(case.gear_set, case.reference, case.laws, case.settings)
+    contacts = contacts_from_load_curves(
+        case.gear_set, case.reference, case.laws, case.settings
+    )
     return replace(case.reference, contacts=contacts)
 
 

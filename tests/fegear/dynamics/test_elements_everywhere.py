@@ -20,14 +20,14 @@ from fegear.elasticity import sector
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import RESOLUTIONS
-from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from meshes import sector as meshing
 
 TORQUE, SPEED, CUTOFF = 100.0, 1500.0, 15e3
 SET = "liu-idler-small-hubs"  # whose idler twists below the cut-off
-STRAIN = StiffnessSource(resolution="coarse", positions=64, plane="strain")
+STRAIN = ExcitationSettings(resolution="coarse", positions=64, plane="strain")
 STRESS = replace(STRAIN, plane="stress")
 
 

@@ -13,7 +13,7 @@ import pytest
 from fegear.dynamics.checkpoint import StoredBranch
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.files.store import Records, open_checkpoint
-from fegear.train.coupled import contacts_of
+from fegear.train.coupled import contacts_from_load_curves
 from lumped.steady.integration_settings import Settings
 from lumped.steady.response import RESPONSE_QUANTITIES, Status
 from lumped.steady.steady_state import Diverged, steady_state
@@ -60,7 +60,7 @@ def stepper(kind, case_of, full_of):
 
 def coupled(case):
     args = case.gear_set, case.reference, case.laws, case.settings
-    return replace(case.reference, contacts=contacts_of(*args))
+    return replace(case.reference, contacts=contacts_from_load_curves(*args))
 
 
 @pytest.fixture(scope="module")

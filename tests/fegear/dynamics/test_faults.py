@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from changed_flanks import with_flanks
-from contact_at import contact_at
+from contact_at import integrated_deflection
 from numpy.testing import assert_allclose, assert_array_equal
 
 from fegear.contact.offset_centers import CenterOffset, moved_lines
@@ -21,9 +21,9 @@ from fegear.dynamics.stepper import DynamicSettings
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.statics.excitation import Excitations
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import RESOLUTIONS, StaticsSettings
 from fegear.statics.solving import contact_problem
-from fegear.statics.stiffness_source import StiffnessSource
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.signals.averages import order_amplitudes, residual_of
@@ -41,7 +41,7 @@ FAULTS = {
     "wear": {"worn_teeth": [{"tooth": 5, **WEAR}]},
     "eccentricity": {"eccentricity_um": 20.0, "eccentricity_angle_deg": 70.0},
 }
-SOURCE = StiffnessSource(positions=64, resolution="coarse")
+SOURCE = ExcitationSettings(positions=64, resolution="coarse")
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def gears_with(fault, gear="pinion", **edits):
 
 
 def system_of(gear_set, number, elements, **more):
-    model = LumpedModel(number=number, stiffness=SOURCE, **more)
+    model = LumpedModel(number=number, excitation=SOURCE, **more)
     return lumped_system(gear_set, TORQUE, model, elements)
 
 
@@ -156,9 +156,9 @@ def test_slow_motion_has_the_statics_of_every_pair(elements, fault):
 @pytest.mark.parametrize("number", ["coupled", "quasistatic"])
 def test_an_eccentric_gear_turns_the_error_by_its_eccentricity(elements, number):
     gear_set = gears_with("eccentricity")
-    reference = lumped_system(gear_set, 2.0, LumpedModel(stiffness=SOURCE), elements)
+    reference = lumped_system(gear_set, 2.0, LumpedModel(excitation=SOURCE), elements)
     if number == "coupled":
-        model = LumpedModel(number=number, stiffness=SOURCE)
+        model = LumpedModel(number=number, excitation=SOURCE)
         system = lumped_system(gear_set, 2.0, model, elements)
         _, motion = respond_with_history(system, 10.0)
     else:
@@ -313,7 +313,7 @@ def test_history_has_the_pressure_of_spalled_flanks(elements):
 
 
 def test_without_hardening_teeth_keep_secants_of_their_own(elements):
-    model = LumpedModel(number="coupled", without=("hardening",), stiffness=SOURCE)
+    model = LumpedModel(number="coupled", without=("hardening",), excitation=SOURCE)
     system = lumped_system(gears_with("spall"), TORQUE, model, elements)
     curves = system.coupled_arrays.contacts.load_curve
     assert np.isfinite(curves).all()
@@ -335,19 +335,9 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(elements,
     gear_set = gears_with(fault)
     frequency, cycle_steps, start, cycles = 1500.0, 64, -12, 10
     choice = prepared(gear_set, elements)
-    reference = choice.stepper.system
-    train, modes = reference.train, reference.modes
-    mass = 1.0 / sum(g.base_radius**2 / g.inertia for g in train.gears)
-    damping = 2.0 * train.damping_ratio * np.sqrt(modes.mean_stiffness[0] * mass)
-    radius = train.gears[0].base_radius
     settings, resolution = StaticsSettings(), RESOLUTIONS["coarse"]
     problem = contact_problem(gear_set, 0, settings, resolution=resolution)
     _, motion = steady_state(choice.stepper, frequency, DynamicSettings(steps=256))
-
-    def slope(x, state):
-        force = contact_at(problem, [x], [state[0]]).torque[0] / radius
-        push = TORQUE / radius - damping * state[1] - force
-        return np.array([state[1], push / mass])
 
     time = motion.time - motion.time[0]
     rate = np.gradient(motion.deflection[:, 0], time)
@@ -355,17 +345,15 @@ def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(elements,
     state = np.array(
         [np.interp(begin, time, values) for values in (motion.deflection[:, 0], rate)]
     )
-    h, expected = 1.0 / (frequency * cycle_steps), []
-    for step in range(start * cycle_steps, cycles * cycle_steps):
-        x, half = step / cycle_steps, 0.5 / cycle_steps
-        if step >= 0:
-            expected.append(state[0])
-        one = slope(x, state)
-        two = slope(x + half, state + 0.5 * h * one)
-        three = slope(x + half, state + 0.5 * h * two)
-        four = slope(x + 2.0 * half, state + h * three)
-        state = state + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
-    deflection = np.interp(np.arange(len(expected)) * h, time, motion.deflection[:, 0])
+    steps = range(start * cycle_steps, cycles * cycle_steps)
+    expected = integrated_deflection(
+        *(problem, choice.stepper.system, TORQUE, state, steps, frequency, cycle_steps)
+    )
+    deflection = np.interp(
+        np.arange(len(expected)) / (frequency * cycle_steps),
+        time,
+        motion.deflection[:, 0],
+    )
     deviation = deflection - expected
     assert deviation.std() < 0.02 * np.std(expected)
     assert abs(deviation.mean()) < 0.01 * np.abs(expected).mean()

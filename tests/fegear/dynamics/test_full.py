@@ -11,6 +11,7 @@ from fegear.dynamics.stepper import TimeSteps
 FREQUENCY, CYCLE = 1600.0, 128
 PLANET_AND_RING = """
 name = "planet-ring"
+plane = "stress"
 defaults = { module_mm = 2.0, face_width_mm = 20.0 }
 gear = [
     { name = "planet", teeth = 36, hub_radius_mm = 10.0 },

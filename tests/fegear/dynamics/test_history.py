@@ -253,7 +253,7 @@ def test_file_names_sort_by_torque_and_speed():
 
 @pytest.mark.parametrize("torque", [math.nan, math.inf, -1.0])
 def test_wrong_numbers_are_named(torque):
-    with pytest.raises(ValueError, match="torque must be finite and 0 or more"):
+    with pytest.raises(ValueError, match=r"torque = .*; must be finite and 0 or more"):
         history_name(torque, "up", 100.0)
 
 

@@ -15,7 +15,7 @@ from fegear.files.errors import InputError
 from fegear.gearset import read_gear_set
 from fegear.gearset.inertia import body_inertia, inertia_of, require_inertia_of_bodies
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.steady.steady_state import steady_state
@@ -33,7 +33,7 @@ def example():
 
 @pytest.fixture(scope="module")
 def prepared(example, private_cache):
-    tables = Excitations(StiffnessSource(resolution="coarse", positions=64))
+    tables = Excitations(ExcitationSettings(resolution="coarse", positions=64))
     reference = lumped_system(example, TORQUE, excitations=tables)
 
     def make(fidelity):

@@ -14,7 +14,7 @@ from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 
 FULL = FiniteElements(fidelity="full", mesh=0.35)
@@ -23,7 +23,7 @@ FULL = FiniteElements(fidelity="full", mesh=0.35)
 @pytest.fixture(scope="module")
 def made(private_cache):
     """Prepares a gear set at 100 N m."""
-    tables = Excitations(StiffnessSource(resolution="coarse", positions=64))
+    tables = Excitations(ExcitationSettings(resolution="coarse", positions=64))
 
     def make(name):
         gear_set = load_gear_set(name)

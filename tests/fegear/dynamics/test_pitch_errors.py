@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from contact_at import contact_at
+from contact_at import integrated_deflection
 from oracles import reduced_motion
 
 from fegear.contact.solve import solve_cycle
@@ -16,9 +16,9 @@ from fegear.dynamics.stepper import DynamicSettings, TimeSteps, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.gearset.phases import mesh_phases
 from fegear.statics.excitation import Excitations
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import RESOLUTIONS, StaticsSettings
 from fegear.statics.solving import contact_problem
-from fegear.statics.stiffness_source import StiffnessSource
 from lumped.steady.steady_state import steady_state
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around
@@ -93,33 +93,21 @@ def test_slow_motion_has_the_statics_of_every_pair(uneven):
 def test_motion_is_that_of_rigid_gears_on_the_contact_of_every_instant(uneven):
     """Classical steps over all pairs, contact solved anew at each; no pair laws."""
     frequency, cycle_steps, transient_cycles = 1500.0, 64, 20
-    train, modes = uneven.reference.train, uneven.reference.modes
-    mass = 1.0 / sum(g.base_radius**2 / g.inertia for g in train.gears)
-    damping = 2.0 * train.damping_ratio * np.sqrt(modes.mean_stiffness[0] * mass)
-    radius = train.gears[0].base_radius
     settings, resolution = StaticsSettings(), RESOLUTIONS["default"]
     problem = contact_problem(uneven.gear_set, 0, settings, resolution=resolution)
-
-    def slope(x, state):
-        force = contact_at(problem, [x], [state[0]]).torque[0] / radius
-        push = 100.0 / radius - damping * state[1] - force
-        return np.array([state[1], push / mass])
-
-    state, h = np.array([8e-6, 0.0]), 1.0 / (frequency * cycle_steps)
-    expected = []
-    for step in range(-transient_cycles * cycle_steps, CYCLES * cycle_steps):
-        x, half = step / cycle_steps, 0.5 / cycle_steps
-        if step >= 0:
-            expected.append(state[0])
-        one = slope(x, state)
-        two = slope(x + half, state + 0.5 * h * one)
-        three = slope(x + half, state + 0.5 * h * two)
-        four = slope(x + 2.0 * half, state + h * three)
-        state = state + h / 6.0 * (one + 2.0 * two + 2.0 * three + four)
+    expected = integrated_deflection(
+        problem,
+        uneven.reference,
+        100.0,
+        np.array([8e-6, 0.0]),
+        range(-transient_cycles * cycle_steps, CYCLES * cycle_steps),
+        frequency,
+        cycle_steps,
+    )
     _, motion = steady_state(
         uneven.stepper(None), frequency, DynamicSettings(steps=256)
     )
-    time = np.arange(CYCLES * cycle_steps) * h
+    time = np.arange(CYCLES * cycle_steps) / (frequency * cycle_steps)
     deflection = np.interp(time, motion.time, motion.deflection[:, 0])
     deviation = deflection - expected
     assert deviation.std() < 0.02 * np.std(expected)
@@ -216,7 +204,7 @@ def test_every_fidelity_moves_as_the_pairs_of_teeth(fidelity, case_of):
     case = case_of(errors=errors, resolution="coarse")
     elements = FiniteElements(fidelity=fidelity)
     settings = DynamicSettings(tolerance=1e-2, multiples=1)
-    source = Excitations(StiffnessSource(resolution="coarse"))
+    source = Excitations(ExcitationSettings(resolution="coarse"))
     args = case.reference, [1000.0], elements, settings, source
     choice = prepare(case.gear_set, 100.0, *args)
     response, _ = steady_state(choice.stepper, 1000.0, settings)

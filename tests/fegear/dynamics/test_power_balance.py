@@ -8,19 +8,10 @@ import pytest
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps
 from lumped.steady.steady_state import steady_state
+from tests.fegear.dynamics.test_full import PLANET_AND_RING
 
 CYCLE = 128
 CUTOFF = {"liu-pair": 30e3, "planet-ring": 60e3}  # Hz
-PLANET_AND_RING = """
-name = "planet-ring"
-defaults = { module_mm = 2.0, face_width_mm = 20.0 }
-gear = [
-    { name = "planet", teeth = 36, hub_radius_mm = 10.0 },
-    { name = "ring", teeth = 96, internal = true, rim_radius_mm = 130.0 },
-]
-mesh = [{ driver = "planet", driven = "ring", center_distance_mm = 60.0 }]
-load = { gear = "planet", torques_Nm = [100.0] }
-"""
 RELIEF = {"relief": 15.0}  # a ring's mesh without relief hardly vibrates
 CASES = {  # frequency [Hz], damping ratio, friction, and what differs in the gear set
     ("liu-pair", "in contact"): (1600.0, 0.04, 0.0, {}),

@@ -14,7 +14,7 @@ from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.train.coupled import MIN_LEFT_INERTIA
 
-COARSE = fegear.StiffnessSource(resolution="coarse", positions=32)
+COARSE = fegear.ExcitationSettings(resolution="coarse", positions=32)
 TORQUE = 60.0
 
 
@@ -23,7 +23,7 @@ def test_no_mesh_yields_energy_and_motions_repeat(hub_mm):
     """The inertia of modes that are left out is a small difference of large numbers,
     by whose error meshes would pull: motions grew beyond all bounds at the second step.
     """
-    model = LumpedModel(number="coupled", stiffness=COARSE)
+    model = LumpedModel(number="coupled", excitation=COARSE)
     system = lumped_system(counter_shaft(hub_mm), TORQUE, model)
     assert system.contacts.body_modes.left_inertia < MIN_LEFT_INERTIA
     stiffness = np.linalg.eigvalsh(system.loaded.meshes)
@@ -34,7 +34,7 @@ def test_no_mesh_yields_energy_and_motions_repeat(hub_mm):
 
 
 def test_hubs_of_built_in_sets_keep_their_inertia():
-    model = LumpedModel(number="coupled", stiffness=COARSE)
+    model = LumpedModel(number="coupled", excitation=COARSE)
     for name in ("liu-pair", "liu-idler", "liu-countershaft"):
         system = lumped_system(fegear.load_gear_set(name), 100.0, model)
         assert system.contacts.body_modes.left_inertia > 2.0 * MIN_LEFT_INERTIA
@@ -84,11 +84,11 @@ stiffness_Nm_per_rad = 8e4
 def test_vibration_of_usual_hubs_is_that_of_finite_elements():
     """Of a user's counter-shaft, on which the second mesh vibrated a third less."""
     gears, speed = read_gear_set(USUAL), (1300.0, 2200.0, 3000.0)
-    model = LumpedModel(number="coupled", stiffness=COARSE)
+    model = LumpedModel(number="coupled", excitation=COARSE)
     shared = {"gear_set": gears, "torque": 40.0, "speeds": speed, "direction": "up"}
     ours = fegear.Sweep(model=model, **shared)
     theirs = fegear.Dynamics(
-        source=COARSE, elements=fegear.FiniteElements(fidelity="reduced"), **shared
+        excitation=COARSE, elements=fegear.FiniteElements(fidelity="reduced"), **shared
     )
     rms = [
         np.array(fegear.run(study).to_frame()["dte_rms_m"], float)
@@ -116,7 +116,7 @@ def test_a_gear_without_mesh_on_a_shaft_is_a_flywheel():
 gears = ["output", "flywheel"]"""
     gears = counter_shaft(30.0, shaft, FLYWHEEL)
     plain = ("body", "modes")  # as finite elements without inertia of the bodies
-    model = LumpedModel(number="coupled", stiffness=COARSE, without=plain)
+    model = LumpedModel(number="coupled", excitation=COARSE, without=plain)
     speed = (1500.0,)
     ours = fegear.run(
         fegear.Sweep(
@@ -128,7 +128,7 @@ gears = ["output", "flywheel"]"""
             gear_set=gears,
             torque=TORQUE,
             speeds=speed,
-            source=COARSE,
+            excitation=COARSE,
             direction="up",
             elements=fegear.FiniteElements(fidelity="quasistatic"),
         )

@@ -15,7 +15,7 @@ from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.given_tables import GivenTables, read_mesh_tables
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem, solve_mesh
-from fegear.train.coupled import contacts_of, coupled_contacts
+from fegear.train.coupled import contacts_from_load_curves, coupled_contacts
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.steady.integration_settings import Settings
@@ -59,7 +59,7 @@ def from_tables(case, tables, without=("modes",)):
 
 def from_laws(case):
     args = case.gear_set, case.reference, case.laws, case.settings
-    return replace(case.reference, contacts=contacts_of(*args))
+    return replace(case.reference, contacts=contacts_from_load_curves(*args))
 
 
 def at_rest(case_of, system, torque, **options):
@@ -190,7 +190,7 @@ def test_springs_of_another_code_are_solved_by_hand(
     model = LumpedModel(
         number="coupled",
         without=without,
-        stiffness=GivenTables((("hand.csv", table),)),
+        excitation=GivenTables((("hand.csv", table),)),
     )
     system = lumped_system(gear_set, 100.0, model)
     force = 100.0 / pair.driver.base_radius
@@ -224,7 +224,7 @@ def test_equilibrium_is_found_where_relief_is_deeper_than_the_load_presses(case_
 
 
 def refused(case, tables, **options):
-    model = LumpedModel(number="coupled", stiffness=tables, **options)
+    model = LumpedModel(number="coupled", excitation=tables, **options)
     with pytest.raises(InputError) as caught:
         lumped_system(case.gear_set, options.pop("torque", 100.0), model)
     return str(caught.value)
@@ -241,12 +241,12 @@ def test_what_tables_do_not_know_is_refused_by_the_name_of_the_file(case_of, tab
     single = changed_tables(torque_Nm=table.torque_Nm[2:3], columns=one)
     assert f"{name}: torques = 1" in refused(case, single)
     assert "without hardening" in refused(case, single)
-    linear = LumpedModel(number="coupled", without=("hardening",), stiffness=single)
+    linear = LumpedModel(number="coupled", without=("hardening",), excitation=single)
     deflection = lumped_system(case.gear_set, 100.0, linear).loaded.deflection[:-1:2, 0]
     np.testing.assert_allclose(deflection, one["ste_m"][0], rtol=1e-6)
     free = changed_tables(header={**table.header, "body": "free to accelerate"})
     assert "gears held at their hubs" in refused(case, free)
-    model = LumpedModel(number="coupled", stiffness=changed_tables())
+    model = LumpedModel(number="coupled", excitation=changed_tables())
     with pytest.raises(InputError, match=r"torque 310 N m is outside .* 25 to 300 N m"):
         lumped_system(case.gear_set, 310.0, model)
     gears = (replace(case.gear_set.gears[0], pitch_errors=(0.0, 1e-6) * 19),)

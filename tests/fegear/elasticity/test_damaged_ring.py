@@ -253,7 +253,7 @@ def test_blocks_far_from_a_crack_are_zero(gear):
     assert not change.block(8, 8).any()
     assert change.block(3, 3).any()
     np.testing.assert_array_equal(change.block(3 + TEETH, 3), change.block(3, 3))
-    with pytest.raises(ValueError, match="flank must be 0 or 1, got 2"):
+    with pytest.raises(ValueError, match="flank = 2; must be 0 or 1"):
         change.block(3, 3, 2)
 
 
@@ -290,7 +290,7 @@ def test_healthy_gear_has_no_change(gear):
 
 
 def test_teeth_that_do_not_exist_are_refused(gear):
-    with pytest.raises(ValueError, match="tooth = 12; allowed 0 to 11"):
+    with pytest.raises(ValueError, match="tooth = 12; must be 0 to 11"):
         cached_compliance_change(gear, STEEL, COARSE, {12: Crack(depth=1e-3)})
     with pytest.raises(ValueError, match=r"tooth = 4; cracked are \[3\]"):
         cached_crack_influence(gear, STEEL, COARSE, ONE, 4)

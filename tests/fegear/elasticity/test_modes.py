@@ -13,7 +13,15 @@ import pytest
 from oracles.thick_ring_modes import ThickRing, frequencies
 from scipy.linalg import eigh
 from scipy.sparse.linalg import spsolve
-from whole_gear import COARSE, DENSITY, STEEL, WholeGear, same_frequency, small_gear
+from whole_gear import (
+    COARSE,
+    DENSITY,
+    STEEL,
+    WholeGear,
+    require_same_shapes,
+    same_frequency,
+    small_gear,
+)
 
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.gear_modes import cyclic_modes, gear_modes, mode_counts
@@ -61,15 +69,7 @@ def test_odd_number_of_teeth():
 @pytest.mark.parametrize("side", [RIGHT, LEFT])
 @pytest.mark.parametrize("tooth", [0, 1, 5, -3])
 def test_shapes_are_those_of_the_whole_gear(modes, whole, tooth, side):
-    """Products of two places, which do not ask how a pair is turned."""
-    for group in same_frequency(modes.frequencies_Hz):
-        for shape_at, normal in ((modes.normal_at, True), (modes.tangential_at, False)):
-            ring = modes.normal_at(0)[group].T @ shape_at(tooth, side)[group]
-            direct = (
-                whole.flank(0, RIGHT)[group].T @ whole.flank(tooth, side, normal)[group]
-            )
-            scale = np.abs(modes.normal).max() ** 2
-            np.testing.assert_allclose(ring, direct, atol=1e-6 * scale)
+    require_same_shapes(modes, whole, tooth, side)
 
 
 def test_coupling_with_the_hub_is_that_of_the_whole_gear(modes, whole):

@@ -172,5 +172,5 @@ def test_loads_at_both_ends_of_the_flank_are_finite(influence):
 def test_no_load_is_no_stress_and_a_wrong_flank_is_named(influence):
     assert influence.stress([]) == 0.0
     assert influence.stress([FlankLoad(0, RIGHT, 1e-3, 0.0)]) == 0.0
-    with pytest.raises(ValueError, match="flank must be 0 or 1, got 2"):
+    with pytest.raises(ValueError, match="flank = 2; must be 0 or 1"):
         influence.stress([FlankLoad(0, 2, 1e-3, 1.0)])

@@ -149,7 +149,7 @@ def test_devices_take_png_as_before(tmp_path):
     path = tmp_path / "x.png"
     save_figure(lines(), path)
     assert path.read_bytes().startswith(b"\x89PNG")
-    with pytest.raises(InputError, match="name must end in"):
+    with pytest.raises(InputError, match=r"name must end in"):
         output.require_picture(tmp_path / "x.htm")
 
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
-
 import pytest
 from interactive_figures import FIGURES, lines
 
 from fegear.figures.interactive import interactive_page
 
-CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 WIDTHS = {390: "narrow", 1280: "wide"}
 DRAWN = """() => {
   const frame = document.querySelector(".js-plotly-plot");
@@ -28,20 +25,6 @@ DRAWN = """() => {
   };
 }"""
 SHAPES = "() => document.querySelectorAll('.shapelayer path').length"
-
-
-@pytest.fixture(scope="module")
-def browser():
-    if CHROMIUM is None:
-        pytest.skip("there is no Chromium")
-    from playwright.sync_api import sync_playwright
-
-    with sync_playwright() as playwright:
-        program = playwright.chromium.launch(
-            executable_path=CHROMIUM, args=["--no-sandbox"]
-        )
-        yield program
-        program.close()
 
 
 @pytest.fixture(params=WIDTHS)

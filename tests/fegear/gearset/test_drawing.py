@@ -213,7 +213,7 @@ def test_a_tooth_too_thick_for_its_shift_is_thinned_by_less_than_nothing():
 
 
 def test_a_span_over_more_than_half_of_the_teeth_is_refused():
-    with pytest.raises(InputError, match="span_teeth = 40 of 30 teeth; allowed 1 to 1"):
+    with pytest.raises(InputError, match="span_teeth = 40 of 30 teeth; must be 1 to 1"):
         gear_set(profile_shift=0.0, span_mm=21.5, span_teeth=40)
 
 

@@ -29,7 +29,7 @@ from fegear.gearset.power_path import (
 )
 from fegear.gearset.read import load_tables
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 
@@ -331,9 +331,9 @@ def test_torques_balance_and_planets_share_equally():
             for key, value in edits.items()
         },
     )
-    source = StiffnessSource(kind="rectangular")
+    source = ExcitationSettings(kind="rectangular")
     for translations in (False, True):
-        model = LumpedModel(stiffness=source, translations=translations)
+        model = LumpedModel(excitation=source, translations=translations)
         system = lumped_system(gear_set, 60.0, model)
         forces = system.modes.mean_stiffness * system.static_deflection
         force = 60.0 / 3 / gear_set.meshes[0].pair.driver.base_radius

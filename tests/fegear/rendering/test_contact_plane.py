@@ -12,8 +12,8 @@ from fegear.rendering.fields import contact_field, mesh_scene
 from fegear.rendering.loaded_gears import LoadedGear, LoadedMesh, MeshSide
 from fegear.rendering.mesh_scene import RelativePose
 from meshes.profile import flank_frame
+from validation.commands.validate.random_sets.generator import draw_pair, draw_torque
 from validation.oracles import hertz
-from validation.random_sets.generator import draw_pair, draw_torque
 
 SEED, PAIRS, QUICK = 57, 20, 2
 CASES = [

@@ -17,7 +17,7 @@ from fegear.contact.loads import PatchLoad, patch_loads
 from fegear.contact.solve import run_kernel
 from fegear.elasticity import halfplane
 from fegear.elasticity.body_stress import ToothLoad, nodal_stress
-from fegear.elasticity.hats import hat_displacement
+from fegear.elasticity.halfplane import hat_displacement
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set

@@ -258,8 +258,8 @@ def test_stress_of_a_whole_set(private_cache):
 
 
 def test_a_view_of_another_kind_is_refused(planetary):
-    with pytest.raises(InputError, match="zoom = tooth; allowed set"):
+    with pytest.raises(InputError, match="zoom = tooth; must be set"):
         planetary.view("tooth", ASPECT)
-    with pytest.raises(InputError, match="zoom = set; allowed contact, tooth, gear"):
+    with pytest.raises(InputError, match="zoom = set; must be contact, tooth or gear"):
         planetary.meshes[0].view("set", ASPECT)
     assert PictureSettings(zoom="set").zoom == "set"

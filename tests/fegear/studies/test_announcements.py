@@ -68,7 +68,7 @@ def test_all_commands_choose_the_coupled_model_or_the_one_that_is_needed(command
     gears = fegear.load_gear_set(name)
     assert problem(command, gears, **settings).model.number == "coupled"
     of_figures = fegear.LumpedModel(
-        number="auto", stiffness=fegear.StiffnessSource(kind="rectangular")
+        number="auto", excitation=fegear.ExcitationSettings(kind="rectangular")
     )
     if command != "sharing":
         needed = problem(command, gears, model=of_figures, **settings)

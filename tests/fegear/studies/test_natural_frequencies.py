@@ -10,24 +10,24 @@ import fegear
 from fegear.train.loaded_modes import linear_model, modes_under_load, system_of_modes
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
-from validation.random_sets.generator import random_gear_set
-from validation.random_sets.measuring import highest_resonance
+from validation.commands.validate.random_sets.generator import random_gear_set
+from validation.commands.validate.random_sets.measuring import highest_resonance
 
-COARSE = fegear.StiffnessSource(resolution="coarse", positions=32)
-SPRINGS = LumpedModel(stiffness=COARSE)
+COARSE = fegear.ExcitationSettings(resolution="coarse", positions=32)
+SPRINGS = LumpedModel(excitation=COARSE)
 KINDS = [0, *(pytest.param(number, marks=pytest.mark.slow) for number in (1, 2))]
 
 
 def studies_of(gear_set, torque: float):
     """Studies that print natural frequencies, at one torque and few speeds."""
     speed = 0.3 * highest_resonance(lumped_system(gear_set, torque, SPRINGS))
-    auto = LumpedModel(number="auto", stiffness=COARSE)
+    auto = LumpedModel(number="auto", excitation=COARSE)
     shared = {"gear_set": gear_set}
     return {
-        "modes": fegear.NaturalModes(torque=torque, source=COARSE, **shared),
-        "export": fegear.ModelExport(torque=torque, source=COARSE, **shared),
+        "modes": fegear.NaturalModes(torque=torque, excitation=COARSE, **shared),
+        "export": fegear.ModelExport(torque=torque, excitation=COARSE, **shared),
         "theory": fegear.Theory(
-            torque=torque, model=LumpedModel(stiffness=COARSE), **shared
+            torque=torque, model=LumpedModel(excitation=COARSE), **shared
         ),
         "sweep": fegear.Sweep(torque=(torque,), speeds=(speed,), model=auto, **shared),
         "branches": fegear.Branches(
@@ -37,7 +37,7 @@ def studies_of(gear_set, torque: float):
             torque=(torque,),
             speeds=(speed,),
             direction="up",
-            source=COARSE,
+            excitation=COARSE,
             elements=fegear.FiniteElements(fidelity="quasistatic"),
             **shared,
         ),
@@ -91,7 +91,7 @@ def test_mean_stiffness_is_the_slope_of_the_static_transmission_error():
 
 def test_matrices_have_the_natural_frequencies_and_masses_of_rigid_gears():
     gear_set = fegear.load_gear_set("liu-idler")
-    model = LumpedModel(stiffness=COARSE, translations=True)
+    model = LumpedModel(excitation=COARSE, translations=True)
     system, _ = system_of_modes(gear_set, 100.0, model)
     linear, modes = linear_model(system), modes_under_load(system)
     squares = np.linalg.eigvals(np.linalg.solve(linear.mass, linear.stiffness)).real
@@ -103,7 +103,7 @@ def test_matrices_have_the_natural_frequencies_and_masses_of_rigid_gears():
 
 def test_averages_of_model_1_are_said_to_be_those_where_bodies_have_no_inertia():
     gear_set = fegear.load_gear_set("liu-pair", {"gear.pinion.inertia_kg_m2": 1e-5})
-    study = fegear.NaturalModes(gear_set=gear_set, torque=100.0, source=COARSE)
+    study = fegear.NaturalModes(gear_set=gear_set, torque=100.0, excitation=COARSE)
     result = fegear.run(study)
     summary = result.summary
     assert summary["model_reason"].startswith("model 1: ")

@@ -14,9 +14,9 @@ from fegear.commands.show.planetary_values import loss_per_friction
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.planetary.members import MEMBERS
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
-from fegear.statics.stiffness_source import StiffnessSource
 from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.train.model_settings import LumpedModel
 
@@ -102,7 +102,7 @@ def test_one_stiffer_bearing_mixes_the_families():
 
 def sweep(planets: int, *edits: str, **settings):
     model = LumpedModel(
-        number=1, translations=True, stiffness=StiffnessSource(kind="rectangular")
+        number=1, translations=True, excitation=ExcitationSettings(kind="rectangular")
     )
     study = fegear.Sweep(
         gear_set=set_of(planets, *edits), model=model, torque=(60.0,), **settings
@@ -233,7 +233,7 @@ def test_springs_leave_the_forces_of_the_carrier_out_and_say_where_it_matters():
 def share_rows(*edits: str, torque: float = 60.0) -> dict[str, list[dict]]:
     """Planets at rest by model 1, by whether centres are fixed."""
     model = LumpedModel(
-        number=1, translations=True, stiffness=StiffnessSource(kind="rectangular")
+        number=1, translations=True, excitation=ExcitationSettings(kind="rectangular")
     )
     study = fegear.PlanetLoadSharing(
         gear_set=set_of(3, *edits), model=model, torque=(torque,)
@@ -279,7 +279,7 @@ def test_a_pin_ahead_carries_more_where_the_carrier_drives(members, sense):
 
 def test_a_planet_without_load_is_warned_of():
     model = LumpedModel(
-        number=1, translations=True, stiffness=StiffnessSource(kind="rectangular")
+        number=1, translations=True, excitation=ExcitationSettings(kind="rectangular")
     )
     off = set_of(3, "planetary.1.position_errors_um=[0, 50, 0]")
     study = fegear.PlanetLoadSharing(gear_set=off, model=model, torque=(60.0,))
@@ -310,7 +310,7 @@ def test_position_errors_that_do_not_fit_are_refused(errors, reason):
 
 
 def test_motions_have_shares_at_rest_and_in_motion():
-    model = LumpedModel(number=1, stiffness=StiffnessSource(kind="rectangular"))
+    model = LumpedModel(number=1, excitation=ExcitationSettings(kind="rectangular"))
     study = fegear.Motion(
         gear_set=set_of(3, OFF), model=model, torque=60.0, speed=200.0
     )
@@ -339,8 +339,8 @@ def test_power_and_loss_of_slow_motion_are_those_of_the_closed_forms(roles):
     keys = zip(("input", "output", "held"), roles, strict=True)
     edits = [f"planetary.1.{key}={role}" for key, role in keys]
     gears = set_of(3, *edits, f"load.gear={roles[0]}").loaded
-    stiffness = StiffnessSource(kind="rectangular")
-    meshes, power = slow_motion(gears, 20.0, bending=0.0, stiffness=stiffness)
+    excitation = ExcitationSettings(kind="rectangular")
+    meshes, power = slow_motion(gears, 20.0, bending=0.0, excitation=excitation)
     rolling = abs(gears.carrier.members.rolling_power)
     for side in (0, 1):
         passed = sum(mesh["driver_power_mean_W"] for mesh in meshes[side::2])
@@ -355,12 +355,12 @@ def test_elastic_teeth_lose_what_their_shares_of_the_load_say():
     """Within 1 % of the closed form, for pairs share the load almost equally."""
     gears = load_gear_set(SET)
     settings = StaticsSettings(resolution="coarse", positions=64)
-    source = StiffnessSource(resolution="coarse", positions=64)
+    source = ExcitationSettings(resolution="coarse", positions=64)
     factors = [
         float(solve_mesh(gears, n, [on_driver], settings).loss_factors[0])
         for n, on_driver in enumerate(mesh_torques_at(gears, TORQUE)[:2])
     ]
-    meshes, power = slow_motion(gears, 100.0, stiffness=source)
+    meshes, power = slow_motion(gears, 100.0, excitation=source)
     lost = sum(mesh["friction_power_mean_W"] for mesh in meshes)
     expected = 0.8 * FRICTION * sum(factors)
     assert lost / power == pytest.approx(expected, rel=3e-3)

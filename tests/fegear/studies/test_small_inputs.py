@@ -35,7 +35,7 @@ def test_the_message_has_the_option(capsys):
 
 def test_one_position_is_refused(capsys):
     assert run(["stiffness", "liu-pair", "--positions", "1"]) == 2
-    assert "positions = 1; allowed 2 or more" in capsys.readouterr().err
+    assert "positions = 1; must be 2 or more" in capsys.readouterr().err
 
 
 def test_only_the_first_natural_frequencies_are_printed():
@@ -55,7 +55,7 @@ def test_bifurcations_over_the_speed_of_rotation():
     assert problem.study.over.values == pytest.approx(expected, rel=1e-15)
     with pytest.raises(InputError, match="driver_speed_rpm replaces it"):
         replace(study, at=1000.0)
-    with pytest.raises(InputError, match=r"driver_speed_rpm = -1; allowed above 0"):
+    with pytest.raises(InputError, match=r"driver_speed_rpm = -1; must be above 0"):
         fegear.Bifurcations(gear_set=PAIR, over=parsed_axis("driver_speed_rpm=-1,2"))
 
 

@@ -241,14 +241,14 @@ def test_rolling_without_slip(ratio, balls):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"balls": 2}, "balls must be 3 to 1000, got 2"),
-        ({"balls": 16}, "ball_diameter must be at most"),
-        ({"element_diameter": 0.0}, "ball_diameter must be"),
-        ({"pitch_diameter": -1.0}, "pitch_diameter must be"),
-        ({"clearance": 1.0}, "clearance must be -0.01 to 0.01"),
-        ({"inner_conformity": 0.5}, "inner_conformity must be"),
-        ({"contact_stiffness": 0.0}, "contact_stiffness must be"),
-        ({"runout": math.nan}, "runout must be"),
+        ({"balls": 2}, "balls = 2; must be 3 to 1000"),
+        ({"balls": 16}, "ball_diameter = .*; must be at most"),
+        ({"element_diameter": 0.0}, "ball_diameter = .*; must be"),
+        ({"pitch_diameter": -1.0}, "pitch_diameter = .*; must be"),
+        ({"clearance": 1.0}, "clearance = .*; must be -0.01 to 0.01"),
+        ({"inner_conformity": 0.5}, "inner_conformity = .*; must be"),
+        ({"contact_stiffness": 0.0}, "contact_stiffness = .*; must be"),
+        ({"runout": math.nan}, "runout = .*; must be"),
     ],
 )
 def test_wrong_bearings_are_refused(changes, message):
@@ -258,5 +258,5 @@ def test_wrong_bearings_are_refused(changes, message):
 
 @pytest.mark.parametrize("load", [0.0, math.nan, math.inf])
 def test_without_load_there_is_no_equilibrium(load):
-    with pytest.raises(ValueError, match="load must be"):
+    with pytest.raises(ValueError, match=r"load = .*; must be"):
         load_distribution(BALL, (load, 0.0))

@@ -10,12 +10,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from lumped.branches.balance import HarmonicBalance
-from lumped.branches.branch_settings import BranchSettings, PeriodicBranch
+from lumped.branches.branch_settings import BranchSettings
 from lumped.branches.cascades import FEIGENBAUM, Cascade, find_cascades
 from lumped.branches.motions import SpeedFamily
 from lumped.branches.period_map import SPRING_STEPS
 from lumped.branches.periodic import BranchFinder
-from lumped.branches.points import BranchPoint
+from lumped.branches.points import BranchPoint, PeriodicBranch
 from lumped.continuation.bifurcations import DOUBLING
 from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import AdaptiveStepper

@@ -11,8 +11,7 @@ from loose_wheels import SINE, spur
 from lumped.clatter.chaos import correlation_dimension, lyapunov_exponent
 from lumped.clatter.gearbox import Harmonics, SpeedSignal
 from lumped.clatter.groups import WheelGroup
-from lumped.clatter.impact_runs import centred_state, join_impacts, simulate
-from lumped.clatter.noise_levels import noise_of
+from lumped.clatter.impact_runs import centred_state, join_impacts, noise_of, simulate
 
 
 @pytest.mark.parametrize(("kind", "wanted"), [("curve", 1.0), ("area", 2.0)])

@@ -359,30 +359,32 @@ def test_limits_are_told(chapter_3, parametric):
 
 
 def test_inputs_are_checked(chapter_3, parametric):
-    with pytest.raises(ValueError, match="mode must be 0 to 1, got 2"):
+    with pytest.raises(ValueError, match="mode = 2; must be 0 to 1"):
         resonance(parametric, 2)
-    with pytest.raises(ValueError, match="order must be positive"):
+    with pytest.raises(ValueError, match=r"order = .*; must be positive"):
         resonance(parametric, 0, 0)
-    with pytest.raises(ValueError, match="amplitude must be positive"):
+    with pytest.raises(ValueError, match=r"amplitude = .*; must be positive"):
         separation_angle(resonance(parametric, 0), 0.0)
-    with pytest.raises(ValueError, match="drive must not be 0"):
+    with pytest.raises(ValueError, match="drive = 0; must not be"):
         peak(resonance(parametric, 0, HALF))
-    with pytest.raises(ValueError, match="elastic must be positive"):
+    with pytest.raises(ValueError, match=r"elastic = .*; must be positive"):
         replace(parametric, elastic=-parametric.elastic)
     with pytest.raises(ValueError, match="shape"):
         replace(parametric, backlash=np.zeros(3))
     for ratio in (0.0, 1e-300, 1.0):
-        with pytest.raises(ValueError, match="damping_ratio must be 1e-09 to below 1"):
+        with pytest.raises(
+            ValueError, match=r"damping_ratio = .*; must be 1e-09 to below 1"
+        ):
             replace(parametric, damping_ratio=ratio)
     with pytest.raises(ValueError, match="finite"):
         replace(parametric, deflection=np.array([np.nan, 1.0]))
     with pytest.raises(ValueError, match="drive flanks"):
         parametric_system(chapter_3(torque=-100.0))
-    with pytest.raises(ValueError, match="order must be 1 or more, got 0"):
+    with pytest.raises(ValueError, match="order = 0; must be 1 or more"):
         rectangular_harmonic(0.3, 1.5, order=0)
-    with pytest.raises(ValueError, match="harmonic must be 1 or more, got 0"):
+    with pytest.raises(ValueError, match="harmonic = 0; must be 1 or more"):
         phase_extremes([1.0, 1.0], 1, 0)
-    with pytest.raises(ValueError, match="harmonics must be 1 or more, got 0"):
+    with pytest.raises(ValueError, match="harmonics = 0; must be 1 or more"):
         parametric_system(chapter_3(), harmonics=0)
     near = resonance(parametric, 0, HALF)
     with pytest.raises(ValueError, match="inside of a parametric instability"):

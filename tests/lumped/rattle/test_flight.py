@@ -158,12 +158,12 @@ def test_simple_rattle_exists_above_the_checked_eccentricity():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"damping": 0.0}, "damping must be above 0 and finite, got 0"),
-        ({"half_backlash": -1.0}, "half_backlash must be above 0 and finite, got -1"),
-        ({"eccentricity": math.nan}, "eccentricity must be 0 or more, got nan"),
-        ({"stiffness": 0.0}, "stiffness must be above 0.045"),
-        ({"restitution": 1.5}, "restitution must be from 0 to 1, got 1.5"),
-        ({"ripple_order": 0}, "ripple_order must be 1 or more, got 0"),
+        ({"damping": 0.0}, "damping = 0; must be above 0 and finite"),
+        ({"half_backlash": -1.0}, "half_backlash = -1; must be above 0 and finite"),
+        ({"eccentricity": math.nan}, "eccentricity = nan; must be 0 or more"),
+        ({"stiffness": 0.0}, "stiffness = .*; must be above 0.045"),
+        ({"restitution": 1.5}, "restitution = 1.5; must be from 0 to 1"),
+        ({"ripple_order": 0}, "ripple_order = 0; must be 1 or more"),
     ],
 )
 def test_a_machine_that_cannot_be_is_refused(change, message):

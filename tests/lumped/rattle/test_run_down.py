@@ -33,7 +33,7 @@ def test_standard_error_is_the_scatter_of_many_tests():
 @pytest.mark.parametrize(
     ("time", "speed", "message"),
     [
-        ([0.0, 1.0], [3.0, 2.0], "3 rows"),
+        ([0.0, 1.0], [3.0, 2.0], "must be 3 or more"),
         ([0.0, 1.0, 1.0], [3.0, 2.0, 1.0], "rise"),
         ([0.0, 1.0, 2.0], [3.0, 2.0, 0.0], "above 0"),
         ([0.0, 1.0, np.nan], [3.0, 2.0, 1.0], "finite"),

@@ -15,7 +15,7 @@ from rim_gears import FIRM
 from scipy.integrate import solve_ivp
 
 from fegear.gearset import load_gear_set
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped import Settings, respond
@@ -39,9 +39,9 @@ def pair(kind="trapezoid", error=0.0, damping=0.04):
     pitch = tuple(error * (tooth == 7) for tooth in range(38)) if error else ()
     first = replace(gears.gears[0], pitch_errors=pitch)
     gears = replace(gears, gears=(first, gears.gears[1]))
-    source = StiffnessSource(kind=kind)
+    source = ExcitationSettings(kind=kind)
     return lumped_system(
-        gears, 100.0, LumpedModel(number=1, damping_ratio=damping, stiffness=source)
+        gears, 100.0, LumpedModel(number=1, damping_ratio=damping, excitation=source)
     )
 
 

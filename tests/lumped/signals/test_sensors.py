@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from fegear.gearset import load_gear_set
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped import Settings
@@ -32,7 +32,7 @@ def idler_motion(
         pitch = tuple(2e-6 * (tooth == 7) for tooth in range(38))
         first = replace(gears.gears[0], pitch_errors=pitch)
         gears = replace(gears, gears=(first, *gears.gears[1:]))
-    model = LumpedModel(translations=True, stiffness=StiffnessSource(kind=kind))
+    model = LumpedModel(translations=True, excitation=ExcitationSettings(kind=kind))
     system = lumped_system(gears, 100.0, model)
     if direction is not None:
         parts = tuple(

@@ -10,7 +10,7 @@ from friction_pairs import COUPLED, pair_system
 from matplotlib.collections import PolyCollection
 
 from fegear.gearset import load_gear_set
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.figures.drawing import COLORS
@@ -126,7 +126,7 @@ def test_what_grows_at_low_speeds_has_a_name(window):
 
 
 def test_names_tell_the_mesh_whose_harmonic_is_met():
-    model = LumpedModel(stiffness=StiffnessSource(kind="rectangular"))
+    model = LumpedModel(excitation=ExcitationSettings(kind="rectangular"))
     gears = load_gear_set("liu-countershaft")
     system = periodic_system(lumped_system(gears, 100.0, model))
     resonances = combinations(system, (500.0, 3000.0))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -15,13 +16,13 @@ from scipy.linalg import expm
 from scipy.optimize import fsolve
 
 from fegear.gearset import load_gear_set
-from fegear.statics.stiffness_source import StiffnessSource
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.stability.combinations import combinations
 from lumped.stability.intervals import scan_stability
 from lumped.stability.multipliers import (
-    METHODS,
+    Method,
     largest_multiplier,
     multipliers,
     scaled_transition,
@@ -35,6 +36,7 @@ from lumped.train.system import LumpedSystem
 from validation.oracles.hill import exact_transition, first_order_form, recursion
 
 SPEEDS = np.linspace(1.7, 12.0, 400)
+METHODS = get_args(Method)
 
 
 def intervals(system, low, high, kind):
@@ -201,7 +203,7 @@ def test_the_printed_speeds_by_equations_written_again(speed, grows):
     assert largest_multiplier(pair, speed)[0] == pytest.approx(exact, abs=1e-7)
     edits = {"dynamics.damping_ratio": 0.0, "mesh.1.stiffness_variation": 0.1}
     model = LumpedModel(
-        stiffness=StiffnessSource(kind="rectangular"), translations=True
+        excitation=ExcitationSettings(kind="rectangular"), translations=True
     )
     system = lumped_system(load_gear_set("liu-friction", edits), 100.0, model)
     unit = system.resonances_Hz[0] / COUPLED[0]
@@ -340,10 +342,10 @@ def test_no_mode_with_rotation_grows_with_one_across(mode, across, sign):
 @pytest.mark.parametrize(
     ("kwargs", "message"),
     [
-        ({"coefficient": -0.1}, "coefficient must be 0"),
-        ({"coefficient": 1.0}, "coefficient must be 0"),
-        ({"coefficient": math.nan}, "coefficient must be 0"),
-        ({"coefficient": 0.1, "bending": 2.0}, "bending must be 0"),
+        ({"coefficient": -0.1}, "coefficient = .*; must be 0"),
+        ({"coefficient": 1.0}, "coefficient = .*; must be 0"),
+        ({"coefficient": math.nan}, "coefficient = .*; must be 0"),
+        ({"coefficient": 0.1, "bending": 2.0}, "bending = .*; must be 0"),
     ],
 )
 def test_friction_that_cannot_be(kwargs, message):
@@ -370,14 +372,14 @@ def test_friction_needs_tooth_pairs():
 
 @pytest.mark.parametrize("speed", [0.0, -1.0, math.nan, math.inf])
 def test_speeds_are_positive(speed):
-    with pytest.raises(ValueError, match="frequency must be positive"):
+    with pytest.raises(ValueError, match=r"frequency = .*; must be positive"):
         transition(periodic_system(pair_system(0.3)), [7.0, speed])
 
 
 def test_harmonics_are_those_of_the_meshes():
     """Of a counter-shaft that repeats after five periods of the first mesh."""
-    source = StiffnessSource(kind="rectangular")
-    model = LumpedModel(stiffness=source, friction=0.1, bending=0.4)
+    source = ExcitationSettings(kind="rectangular")
+    model = LumpedModel(excitation=source, friction=0.1, bending=0.4)
     gears = load_gear_set("liu-countershaft-2")
     varying = periodic_system(lumped_system(gears, 100.0, model))
     assert varying.length == 5.0
@@ -408,7 +410,7 @@ def test_pitch_errors_change_no_stability():
     """They move the teeth, which stay in contact, and not their stiffness."""
     teeth = load_gear_set("liu-pair").gears[0].geometry.teeth
     off = {"gear.1.pitch_errors_um": [0.0] * (teeth - 1) + [3.0]}
-    model = LumpedModel(stiffness=StiffnessSource(kind="rectangular"))
+    model = LumpedModel(excitation=ExcitationSettings(kind="rectangular"))
     one, other = (
         periodic_system(lumped_system(load_gear_set("liu-pair", edits), 100.0, model))
         for edits in ({}, off)

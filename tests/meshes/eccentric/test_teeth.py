@@ -174,8 +174,8 @@ def _area_of(mesh):
             "pointed",
         ),
         ({"part": 0.0, "alpha": math.radians(34)}, "dedendum", "rack's tips"),
-        ({"part": 0.0, "tip_height": 0.0}, "addendum", "allowed 0.1 to 2"),
-        ({"part": 0.0, "tip_height": math.nan}, "addendum", "allowed 0.1 to 2"),
+        ({"part": 0.0, "tip_height": 0.0}, "addendum", "must be 0.1 to 2"),
+        ({"part": 0.0, "tip_height": math.nan}, "addendum", "must be 0.1 to 2"),
         ({"part": 0.0, "tip_height": 1.25}, "dedendum", "above the addendum"),
         (
             {"part": 0.0, "teeth": 400, "tip_height": 1.24},
@@ -183,8 +183,8 @@ def _area_of(mesh):
             "reach into the fillets",
         ),
         ({"part": 0.7, "teeth": 60}, "pressure_angle", "cusps"),
-        ({"part": 0.3, "teeth": 4}, "teeth", "allowed 5 to"),
-        ({"part": 0.0, "teeth": 1001, "ratio": 2}, "teeth", "allowed 5 to 1000"),
+        ({"part": 0.3, "teeth": 4}, "teeth", "must be 5 to"),
+        ({"part": 0.0, "teeth": 1001, "ratio": 2}, "teeth", "must be 5 to 1000"),
         ({"part": 0.3, "tip_height": 0.4}, "addendum", "contact ratio falls to 0.7"),
     ],
 )

@@ -33,9 +33,8 @@ from fegear.studies.trains.speeds import (
 from fegear.studies.trains.train_problem import refuse_edits
 from lumped.common.options import Range
 from lumped.figures.drawing import draw_title
-from validation.report.figures import draw_budget
-from validation.report.values import budget_values
-from validation.study.budget import Budget, budget, budget_case
+from validation.study.budget import Budget, budget, budget_case, budget_values
+from validation.study.budget_figure import draw_budget
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -95,9 +94,9 @@ class Ablation(
         return chosen_torque(self.gears, self.torque)
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("runs", self._compared)
+        yield Task("runs", self._compare_models)
 
-    def _compared(self, job: Job) -> AblationResult:
+    def _compare_models(self, job: Job) -> AblationResult:
         in_hertz: Any = with_frequencies(self, {"speeds": self.rpm})
         speeds, name = written_speeds(in_hertz.speeds), self.gear_set.name
         if self.gear_set.preloaded is not None:
@@ -176,9 +175,9 @@ class AblationResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": self._drawn}
+        return {"plot": self._draw_costs}
 
-    def _drawn(self) -> Figure:
+    def _draw_costs(self) -> Figure:
         figure = draw_budget(self.budget)
         draw_title(figure, f"{self._title}\ndifferences from the finite elements")
         return figure

@@ -47,6 +47,13 @@ COMMANDS = (
         place=60,
     ),
     Command(
+        "bench width",
+        "Loads over the face width: degree, mesh of the section and slices.",
+        __name__,
+        "WidthBenchmark",
+        place=55,
+    ),
+    Command(
         "bench eccentric",
         "Eccentric wheels: centre distance, and contact over the mesh size.",
         __name__,

@@ -16,7 +16,7 @@ from fegear.studies.settings import setting
 from fegear.studies.study import NO_PICTURES
 from fegear.studies.table import Table
 from lumped.common.progress import Progress
-from validation.bench.benchmark import (
+from validation.commands.bench.benchmark import (
     POINTS,
     QUICK,
     Benchmark,
@@ -65,7 +65,7 @@ class OneBenchmark:
         Parameters
         ----------
         module : module
-            Module of `validation.bench`, which declares both.
+            Module of `validation.commands.bench`, which declares both.
 
         Returns
         -------
@@ -123,9 +123,9 @@ class OneBenchmark:
         iterator of Task
             One task.
         """
-        yield Task(self.subject, self._measured)
+        yield Task(self.subject, self._run_benchmark)
 
-    def _measured(self, job: Job) -> BenchmarkResult | None:
+    def _run_benchmark(self, job: Job) -> BenchmarkResult | None:
         benchmark = self.marked(interrupted_by(job))
         return BenchmarkResult(self, benchmark) if benchmark.tables[POINTS] else None
 
@@ -153,7 +153,7 @@ class BenchmarkResult(StudyResult):
     def table(self) -> Table:
         """A row for every measured point."""
         rows = self.measured.tables[POINTS]
-        return Table(tuple(rows[0]), lambda: [[*row.values()] for row in rows])
+        return Table.of_rows(rows)
 
     @property
     def figures(self) -> dict[str, Any]:

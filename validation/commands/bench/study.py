@@ -15,12 +15,12 @@ from fegear.gearset.model import GearSet
 from fegear.studies.page import Columns, Page, RowTable
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult
-from fegear.studies.settings import argument, group_of, refuse_given, setting
+from fegear.studies.settings import argument, group_of, refuse_non_default, setting
 from fegear.studies.study import Study
 from fegear.studies.trains.loads import chosen_torque, torque_setting
 from lumped.common.options import Range
 from lumped.common.progress import Progress
-from validation.bench.benchmark import (
+from validation.commands.bench.benchmark import (
     POINTS,
     QUICK,
     Benchmark,
@@ -28,11 +28,11 @@ from validation.bench.benchmark import (
     write_page,
 )
 from validation.commands.bench.one_benchmark import FOLDER, OneBenchmark
-from validation.stress import stress_coupled, stress_lumped
-from validation.stress.trials import Trial, run_trials, trials_csv
+from validation.commands.bench.stress import stress_coupled, stress_lumped
+from validation.commands.bench.stress.trials import Trial, run_trials, trials_csv
 from validation.study.interrupts import interrupted_by
 
-PAIR, TRAIN, RUBBING = "liu-pair", "liu-idler", "liu-friction"
+PAIR, TRAIN, FRICTION_TRAIN = "liu-pair", "liu-idler", "liu-friction"
 TORQUE = 100.0  # N m, of `bench all`
 SET = "Name of a built-in gear set, or path of a gear-set file (TOML)."
 STRESS_COLUMNS: Columns = {
@@ -68,7 +68,7 @@ class StiffnessBenchmark(
     torque: float = setting(TORQUE, "Torque on the driving gear of mesh 1 [N\u00a0m].")
 
     def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_stiffness
+        from validation.commands.bench import bench_stiffness
 
         gears = load_gear_set(self.name)
         load = chosen_torque(gears, self.torque, mesh=1)
@@ -92,7 +92,7 @@ class DynamicsBenchmark(
     torque: float | None = torque_setting()
 
     def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_dynamics
+        from validation.commands.bench import bench_dynamics
 
         gears, load = loaded(self)
         return bench_dynamics.measure(
@@ -122,14 +122,14 @@ class LumpedBenchmark(
         False, "Try to break the models instead, on one train of its own."
     )
     torque: float | None = torque_setting()
-    damping: float | None = damping_setting()
+    damping_ratio: float | None = damping_setting()
 
     def __post_init__(self) -> None:
         super().__post_init__()
         if self.stress:
-            names = "name", "torque", "damping", "quick"
+            names = "name", "torque", "damping_ratio", "quick"
             reason = "{stress} runs on a train of its own"
-            refuse_given(self, names, reason, group_of(self))
+            refuse_non_default(self, names, reason, group_of(self))
 
     @property
     def default_output(self) -> str | None:
@@ -140,16 +140,18 @@ class LumpedBenchmark(
         return ["stress.csv"] if self.stress else super().files
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("lumped", self._tried if self.stress else self._measured)
-
-    def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_lumped
-
-        return bench_lumped.measure(
-            *loaded(self), self.damping, report, sizes=self.sizes_of(bench_lumped)
+        yield Task(
+            "lumped", self._run_stress_tests if self.stress else self._run_benchmark
         )
 
-    def _tried(self, job: Job) -> StressTestResult:
+    def measured(self, report: Progress) -> Benchmark:
+        from validation.commands.bench import bench_lumped
+
+        return bench_lumped.measure(
+            *loaded(self), self.damping_ratio, report, sizes=self.sizes_of(bench_lumped)
+        )
+
+    def _run_stress_tests(self, job: Job) -> StressTestResult:
         families = [*stress_lumped.TRIALS, *stress_coupled.TRIALS]
         return StressTestResult(self, tuple(run_trials(families, job.report)))
 
@@ -205,13 +207,16 @@ class BranchesBenchmark(
 
     name: str = argument("SET", SET, TRAIN, reads=True)
     torque: float | None = torque_setting()
-    damping: float | None = damping_setting()
+    damping_ratio: float | None = damping_setting()
 
     def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_branches
+        from validation.commands.bench import bench_branches
 
         return bench_branches.measure(
-            *loaded(self), self.damping, report, sizes=self.sizes_of(bench_branches)
+            *loaded(self),
+            self.damping_ratio,
+            report,
+            sizes=self.sizes_of(bench_branches),
         )
 
 
@@ -226,11 +231,11 @@ class StabilityBenchmark(
 
     output = f"{FOLDER} [default: bench-stability]"
 
-    name: str = argument("SET", SET, RUBBING, reads=True)
+    name: str = argument("SET", SET, FRICTION_TRAIN, reads=True)
     torque: float | None = torque_setting()
 
     def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_stability
+        from validation.commands.bench import bench_stability
 
         _, load = loaded(self)
         return bench_stability.measure(
@@ -247,9 +252,23 @@ class EccentricBenchmark(
     output = f"{FOLDER} [default: bench-eccentric]"
 
     def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_eccentric
+        from validation.commands.bench import bench_eccentric
 
         return bench_eccentric.measure(report, sizes=self.sizes_of(bench_eccentric))
+
+
+@dataclass(frozen=True, kw_only=True)
+class WidthBenchmark(
+    OneBenchmark, Study, command="bench width", example="bench width -o bench"
+):
+    """Loads over the face width: degree, mesh of the section and slices."""
+
+    output = f"{FOLDER} [default: bench-width]"
+
+    def measured(self, report: Progress) -> Benchmark:
+        from validation.commands.bench import bench_width
+
+        return bench_width.measure(report, sizes=self.sizes_of(bench_width))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,7 +280,7 @@ class ClatterBenchmark(
     output = f"{FOLDER} [default: bench-clatter]"
 
     def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_clatter
+        from validation.commands.bench import bench_clatter
 
         return bench_clatter.measure(report, sizes=self.sizes_of(bench_clatter))
 
@@ -275,7 +294,7 @@ class GrowthBenchmark(
     output = f"{FOLDER} [default: bench-growth]"
 
     def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_growth
+        from validation.commands.bench import bench_growth
 
         return bench_growth.measure(report, sizes=self.sizes_of(bench_growth))
 
@@ -294,7 +313,7 @@ class CommandsBenchmark(
     )
 
     def measured(self, report: Progress) -> Benchmark:
-        from validation.bench import bench_commands
+        from validation.commands.bench import bench_commands
 
         return bench_commands.measure(report, sizes=self.sizes_of(bench_commands))
 
@@ -319,6 +338,7 @@ class AllBenchmarks(
             LumpedBenchmark(torque=TORQUE, quick=self.quick),
             BranchesBenchmark(torque=TORQUE, quick=self.quick),
             StabilityBenchmark(torque=TORQUE, quick=self.quick),
+            WidthBenchmark(quick=self.quick),
             EccentricBenchmark(quick=self.quick),
             ClatterBenchmark(quick=self.quick),
             GrowthBenchmark(quick=self.quick),
@@ -331,12 +351,16 @@ class AllBenchmarks(
         return ["index.html", "bench.json", *names]
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("all", self._all)
+        yield Task("all", self._run_benchmarks)
 
-    def _all(self, job: Job) -> AllBenchmarksResult | None:
+    def _run_benchmarks(self, job: Job) -> AllBenchmarksResult | None:
         report, measured = interrupted_by(job), list[Benchmark]()
         for benchmark in self.benchmarks:
-            measured.append(benchmark.marked(partial(_of, report, benchmark.subject)))
+            measured.append(
+                benchmark.marked(
+                    partial(_report_with_subject, report, benchmark.subject)
+                )
+            )
             if measured[-1].interrupted:
                 break
         with_points = tuple(
@@ -345,7 +369,9 @@ class AllBenchmarks(
         return AllBenchmarksResult(self, with_points) if with_points else None
 
 
-def _of(report: Progress, subject: str, stage: str, done: int, total: int) -> None:
+def _report_with_subject(
+    report: Progress, subject: str, stage: str, done: int, total: int
+) -> None:
     report(f"{subject}: {stage}", done, total)
 
 

@@ -24,7 +24,10 @@ from fegear.studies.trains.gear_sets import (
 )
 from fegear.studies.trains.loads import chosen_torque
 from fegear.studies.trains.train_problem import refuse_edits
-from validation.study.compare import MeshComparison, compare_mesh
+from validation.commands.compare.closed_form_comparison import (
+    MeshComparison,
+    compare_mesh,
+)
 
 WORDS = "quantity", "closed form"
 
@@ -82,14 +85,16 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
         return chosen_torque(self.gears, self.torque, self.mesh)
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("mesh", self._compared)
+        yield Task("mesh", self._compare_with_closed_forms)
 
-    def _compared(self, job: Job) -> ClosedFormsResult:
+    def _compare_with_closed_forms(self, job: Job) -> ClosedFormsResult:
         plane = self.elements.plane
         settings = StaticsSettings(plane=plane, estimate_error=False, root_stress=False)
         mesh = mesh_index(self.gears, self.mesh)
         comparison = compare_mesh(self.gears, mesh, self.load, settings)
-        return ClosedFormsResult(self, self.gears.name, self.load, comparison)
+        plane = settings.plane_of(self.gears)
+        name = self.gears.name
+        return ClosedFormsResult(self, name, self.load, plane, comparison)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -97,11 +102,13 @@ class ClosedFormsResult(StudyResult):
     """Quantities by finite elements and by closed forms.
 
     torque : on the driver [N m]
+    plane : state of the finite elements
     """
 
     study: ClosedForms
     gear_set: str
     torque: float
+    plane: str
     comparison: MeshComparison
 
     @cached_property
@@ -123,16 +130,16 @@ class ClosedFormsResult(StudyResult):
             "gear set": self.gear_set,
             "mesh": str(self.study.mesh),
             "torque_Nm": repr(self.torque),
-            "plane": self.study.elements.plane,
+            "plane": self.plane,
             **self.study.gear_set.entries,
         }
-        return Table(tuple(rows[0]), lambda: (row.values() for row in rows), header)
+        return Table.of_rows(rows, header)
 
     def page(self) -> Page:
         study = self.study
         title = with_code(
             "E12",
             f"{self.gear_set} mesh {study.mesh}, {self.torque:g} N m, plane "
-            f"{study.elements.plane}",
+            f"{self.plane}",
         )
         yield RowTable(self.summary["comparisons"], COLUMNS, title, WORDS)

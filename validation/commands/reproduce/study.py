@@ -19,20 +19,18 @@ from fegear.studies.settings import argument, refusal, setting
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from lumped.common.progress import silent
-from validation import reproduce
-from validation.reproduce import (
-    FigureResult,
+from validation.commands.reproduce import runs
+from validation.commands.reproduce.report import report_values, write_report
+from validation.commands.reproduce.runs import FigureResult, find_figure
+from validation.commands.reproduce.source_figures import (
     figure_numbers,
-    find_figure,
     load_figure,
     omitted_figures,
-    report_values,
-    write_report,
 )
 from validation.study.interrupts import interrupted_by
 
 DEFAULT = "figures"
-PAGE, REPORT = WRITTEN = ("index.html", "report.json")
+PAGE, REPORT = WRITTEN_FILES = ("index.html", "report.json")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,7 +64,6 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
         "Directory for the page index.html, pictures, tables, and runs, which the next "
         "call reuses.",
         option="--output",
-        short="-o",
         metavar="DIR",
     )
 
@@ -98,7 +95,7 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
 
     def tasks(self) -> Iterator[Task]:
         if self.listed:
-            yield Task("list", self._list)
+            yield Task("list", self._list_figures)
             return
         chosen, output = self.chosen, Path(self.directory)
         earlier = is_quick_report(output / REPORT)
@@ -111,14 +108,14 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
                 "needs another directory",
             )
         store = make_directory(make_directory(output) / "runs")
-        for name in WRITTEN:
+        for name in WRITTEN_FILES:
             require_writable(output / name)
-        yield Task("figures", partial(self._made, chosen, store))
+        yield Task("figures", partial(self._make_figures, chosen, store))
 
-    def _list(self, job: Job) -> FigureList:
+    def _list_figures(self, job: Job) -> FigureList:
         return FigureList(self)
 
-    def _made(
+    def _make_figures(
         self, chosen: Sequence[str], store: Path, job: Job
     ) -> ReproductionResult | None:
         report, output = interrupted_by(job), Path(self.directory)
@@ -129,7 +126,7 @@ class Reproduction(Study, command="reproduce", example="reproduce 3.6 3.9 -o fig
             for number in chosen:
                 figure = load_figure(number, self.quick)
                 try:
-                    results.append(reproduce.run_figure(figure, store, report))
+                    results.append(runs.run_figure(figure, store, report))
                 except Exception as error:
                     if len(chosen) == 1:
                         raise
@@ -228,8 +225,7 @@ class ReproductionResult(StudyResult):
             for figure in self.values["figures"]
             for row in figure["printed"]
         ]
-        names = tuple(rows[0]) if rows else ("figure",)
-        return Table(names, lambda: [[*row.values()] for row in rows])
+        return Table.of_rows(rows, names=("figure",))
 
     def page(self) -> Page:
         figures = {figure["number"]: figure for figure in self.values["figures"]}
@@ -255,7 +251,7 @@ class ReproductionResult(StudyResult):
         for row in self.values["failed"]:
             yield f"{row['number']} failed: {row['reason']}"
         output = Path(self.study.directory)
-        yield f"wrote {', '.join(str(output / name) for name in WRITTEN)}"
+        yield f"wrote {', '.join(str(output / name) for name in WRITTEN_FILES)}"
 
 
 def _lines(figure: dict[str, Any]) -> Iterator[str]:
@@ -295,7 +291,7 @@ class FigureList(StudyResult):
     @property
     def table(self) -> Table:
         """A row for every figure."""
-        return Table(tuple(self.rows[0]), lambda: [[*r.values()] for r in self.rows])
+        return Table.of_rows(self.rows)
 
     def page(self) -> Page:
         yield RowTable(

@@ -21,9 +21,14 @@ from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.table import Table
 from lumped.common.progress import Progress, silent
 from lumped.common.workers import Cluster
-from validation.random_sets import set_runs as random_sets
-from validation.random_sets.set_runs import Extent, SetRun
-from validation.report import QUICK, is_quick_report, report_values, write_report
+from validation.commands.validate.random_sets import set_runs as random_sets
+from validation.commands.validate.random_sets.set_runs import Extent, SetRun
+from validation.commands.validate.report import (
+    QUICK,
+    is_quick_report,
+    report_values,
+    write_report,
+)
 from validation.study import runs as case_runs
 from validation.study.cases import Case, case_names, load_case
 from validation.study.interrupts import interrupted_by
@@ -31,7 +36,7 @@ from validation.study.metrics import METRICS
 from validation.study.runs import CaseResult, make_runs
 from validation.study.tasks import tasks_of
 
-WRITTEN = ("index.html", "report.md", "report.json")
+WRITTEN_FILES = ("index.html", "report.md", "report.json")
 RANDOM_SETS = "random-sets"  # a word among the names of cases
 MAX_LINES = 40  # of verdicts outside on the screen
 
@@ -40,27 +45,27 @@ def _per_cent(name: str, row: Mapping[str, Any]) -> str:
     return f"{100.0 * row['figures'][name]:.2g}" if row["figures"] else ""
 
 
-def _text(name: str, row: Mapping[str, Any]) -> str:
+def _figure_text(name: str, row: Mapping[str, Any]) -> str:
     return str(row["figures"][name]) if row["figures"] else ""
 
 
-def _whole(name: str, row: Mapping[str, Any]) -> str:
+def _whole_number(name: str, row: Mapping[str, Any]) -> str:
     return f"{row['figures'][name]:.0f}" if row["figures"] else ""
 
 
-SETS: Columns = {
+SET_COLUMNS: Columns = {
     "set": lambda row: row["set"],
     "median\n%": partial(_per_cent, "median_error"),
     "90 %\n%": partial(_per_cent, "p90_error"),
-    "other\nbranch": partial(_text, "other_branch_speeds"),
-    "modes": partial(_text, "body_modes"),
+    "other\nbranch": partial(_figure_text, "other_branch_speeds"),
+    "modes": partial(_figure_text, "body_modes"),
     "bound\n%": partial(_per_cent, "left_out"),
     "natural\n%": partial(_per_cent, "natural_error"),
-    "ms": partial(_whole, "coupled_ms"),
-    "ms of FE": partial(_whole, "reduced_ms"),
+    "ms": partial(_whole_number, "coupled_ms"),
+    "ms of FE": partial(_whole_number, "reduced_ms"),
     "verdict": lambda row: row["failure"] or row["verdict"],
 }
-OVERVIEW: Columns = {
+CASE_COLUMNS: Columns = {
     "case": lambda row: row["case"],
     "model": lambda row: row["model"],
     "within": lambda row: str(row["within"]),
@@ -69,7 +74,7 @@ OVERVIEW: Columns = {
         "" if isnan(row["cost_ratio"]) else f"{row['cost_ratio']:.0f}"
     ),
 }
-JUDGED = "within", "outside", "verdict"
+JUDGED_COLUMNS = "within", "outside", "verdict"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -112,7 +117,6 @@ class Validation(
         "Directory for the report: index.html, report.md and report.json, figures, "
         "tables, and runs, which the next call reuses.",
         option="--output",
-        short="-o",
         metavar="DIR",
     )
 
@@ -145,10 +149,12 @@ class Validation(
         if not (self.every or self.names) and self.fidelity is not None:
             raise refusal(self, "fidelity", "the random sets have their own")
         cases = [load_case(n) for n in (case_names() if self.every else self.names)]
-        taken = [case.name for case in cases]
-        for name in taken:
-            if taken.count(name) > 1:
-                raise InputError(f"case {name} is given {taken.count(name)} times")
+        case_names_taken = [case.name for case in cases]
+        for name in case_names_taken:
+            if case_names_taken.count(name) > 1:
+                raise InputError(
+                    f"case {name} is given {case_names_taken.count(name)} times"
+                )
         if self.quick:
             cases = [case.quick for case in cases]
         if self.fidelity is None:
@@ -163,12 +169,12 @@ class Validation(
     def tasks(self) -> Iterator[Task]:
         chosen, output = self.chosen, Path(self.directory)
         store = make_directory(make_directory(output) / "runs")
-        for name in WRITTEN:
+        for name in WRITTEN_FILES:
             require_writable(output / name)
         self._require_same_kind(output / "report.json")
         for case in chosen:
             list(tasks_of(case))  # refuses a gear set that cannot be used
-        yield Task("cases", partial(self._validated, store))
+        yield Task("cases", partial(self._validate, store))
 
     def _require_same_kind(self, path: Path) -> None:
         """Refuse to replace a report of full runs by a quick one, or the other."""
@@ -181,7 +187,7 @@ class Validation(
                 "directory",
             )
 
-    def _validated(self, store: Path, job: Job) -> ValidationResult | None:
+    def _validate(self, store: Path, job: Job) -> ValidationResult | None:
         report = interrupted_by(job)
         results = self._run(store, job, report)
         complete, sets = len(results) == len(self.chosen), list[SetRun]()
@@ -203,7 +209,7 @@ class Validation(
             if isinstance(job.workers, Cluster):
                 make_runs(self.chosen, store, job.workers, report)
             for case in self.chosen:
-                of_case = partial(_of, report, case.name)
+                of_case = partial(_report_with_case, report, case.name)
                 results.append(case_runs.run_case(case, store, of_case))
         except KeyboardInterrupt:
             pass
@@ -225,7 +231,9 @@ class Validation(
         return commands | {RANDOM_SETS: random, "": shlex.join(["fegear", *self.argv])}
 
 
-def _of(report: Progress, case: str, stage: str, done: int, total: int) -> None:
+def _report_with_case(
+    report: Progress, case: str, stage: str, done: int, total: int
+) -> None:
     report(f"{case}: {stage}", done, total)
 
 
@@ -304,14 +312,16 @@ class ValidationResult(StudyResult):
             for case in self.values["cases"]
             for verdict in case["verdicts"]
         ]
-        names = tuple(rows[0]) if rows else ("case",)
-        return Table(names, lambda: [[*row.values()] for row in rows])
+        return Table.of_rows(rows, names=("case",))
 
     def page(self) -> Page:
         sets, cases = self.values["random_sets"], self.values["cases"]
         if sets:
             yield RowTable(
-                sets["rows"], self._shown(SETS), "Random gear sets", ("set", "verdict")
+                sets["rows"],
+                self._columns_of_run(SET_COLUMNS),
+                "Random gear sets",
+                ("set", "verdict"),
             )
             passed, count = sets["passed"], sets["of"]
             if not self.study.quick:
@@ -321,16 +331,18 @@ class ValidationResult(StudyResult):
                 {"case": c["case"], **model} for c in cases for model in c["models"]
             ]
             title = "Costs" if self.study.quick else "Verdicts"
-            yield RowTable(rows, self._shown(OVERVIEW), title, ("case", "model"))
+            yield RowTable(
+                rows, self._columns_of_run(CASE_COLUMNS), title, ("case", "model")
+            )
             yield from () if self.study.quick else self._verdicts()
         if self.study.quick:
             yield QUICK
         output = Path(self.study.directory)
-        yield f"wrote {', '.join(str(output / name) for name in WRITTEN)}"
+        yield f"wrote {', '.join(str(output / name) for name in WRITTEN_FILES)}"
 
-    def _shown(self, columns: Columns) -> Columns:
+    def _columns_of_run(self, columns: Columns) -> Columns:
         """Columns of the screen, of quick runs without verdicts."""
-        judged = JUDGED if self.study.quick else ()
+        judged = JUDGED_COLUMNS if self.study.quick else ()
         return {name: cell for name, cell in columns.items() if name not in judged}
 
     def _verdicts(self) -> Page:

@@ -16,14 +16,13 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from fegear.files.output import write_whole
+from fegear.files.output import write_bytes
 from fegear.files.version import package_version
 from lumped.train.excitation import MeshExcitation
 from lumped.train.waves import Wave
 
 PROGRAM = Path(__file__).with_name("gear_mesh.py")
 MODEL = "GearMesh"  # name of the model and of its libraries
-OLDEST_DATE = (1980, 1, 1, 0, 0, 0)  # of an archive, so that equal meshes are equal
 # exponents of base units
 BASE_UNITS = {
     "rad": {"rad": 1},
@@ -92,10 +91,9 @@ def write_fmu(path: Path, mesh: FmuMesh) -> None:
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w") as archive:
         for name, content in sorted(fmu_files(mesh)):
-            entry = zipfile.ZipInfo(name, OLDEST_DATE)
-            entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, content)
-    write_whole(path, lambda beside: beside.write_bytes(out.getvalue()))
+            # of the oldest date, so that equal meshes are equal
+            archive.writestr(zipfile.ZipInfo(name), content, zipfile.ZIP_DEFLATED)
+    write_bytes(path, out.getvalue())
 
 
 def fmu_files(mesh: FmuMesh) -> Iterator[tuple[str, bytes]]:

@@ -32,7 +32,7 @@ UNITS: dict[str, dict[str, float]] = {
     },
     "ratio": {"none": 1.0, "": 1.0, "%": 1e-2},
 }
-MICRO = str.maketrans("\u00b5\u03bc", "uu")  # both signs for micro
+MICRO_SIGNS = str.maketrans("\u00b5\u03bc", "uu")  # both signs for micro
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Component:
 
     def _factor(self, attribute: Attribute, quantity: str) -> float:
         units = UNITS[quantity]
-        unit = "".join((attribute.unit or "").translate(MICRO).split())
+        unit = "".join((attribute.unit or "").translate(MICRO_SIGNS).split())
         if unit in NONE:  # then it is that of the standard
             return next(iter(units.values()))
         if unit not in units:

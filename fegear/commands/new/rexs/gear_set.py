@@ -15,8 +15,10 @@ from fegear.commands.new.rexs.geometry import center_line, diameter_at, root_of_
 from fegear.commands.new.rexs.left_out import parts_left_out, speeds_left_out
 from fegear.commands.new.rexs.planetary import PlanetaryStage, planetary_stage
 from fegear.commands.new.rexs.stages import (
+    MAX_HELIX_DEG,
     RexsGearbox,
     Stage,
+    helix_angle,
     is_internal,
     ratios_from_input,
 )
@@ -25,8 +27,8 @@ from fegear.files.toml import toml_text, toml_value
 
 NO_TORQUE = "torque: none is stated; add [load], or give it to commands"
 SHIFT_TOLERANCE = 1e-3  # of profile shifts that a file states twice
-SHIFT = ("addendum_modification_coefficient", "profile_shift_coefficient")
-TOOLS = ("rack_shaped_tool", "cutter_wheel_tool")  # of external, internal gears
+SHIFT_ATTRIBUTES = ("addendum_modification_coefficient", "profile_shift_coefficient")
+TOOL_KINDS = ("rack_shaped_tool", "cutter_wheel_tool")  # of external, internal gears
 # of the reference diameter, of a bore that the file does not state
 DEFAULT_HUB = 0.6
 DEFAULT_RIM_MODULES = 3.0  # between root and outside of an internal gear
@@ -46,35 +48,72 @@ class RexsGearSet:
     left_out: tuple[str, ...]
 
 
+def _helix_cosine(entry: dict[str, Any]) -> float:
+    return math.cos(math.radians(entry.get("helix_angle_deg", 0.0)))
+
+
 @dataclass(frozen=True)
-class _Conversion:
+class _GearSetConversion:
     """A conversion, which notes what it assumes."""
 
     gearbox: RexsGearbox
     assumed: list[str] = field(default_factory=list)
 
     def gear(self, gear: Component, name: str) -> dict[str, Any]:
-        sources = self._sources(gear)
-        module = self._first(sources, "normal_module", "length")
+        sources = self._components_of_teeth(gear)
+        module = self._agreed_value(sources, "normal_module", "length")
         if module is None:
             raise InputError(f"{gear.label}: attribute normal_module is missing")
         teeth = gear.require_integer("number_of_teeth")
         entry: dict[str, Any] = {"name": name, "teeth": teeth, "module_mm": module}
+        entry |= self._helix_values(gear)
         if is_internal(gear):
             entry |= {"teeth": abs(teeth), "internal": True}
-        entry |= self._pressure_angle(gear, sources)
-        entry |= self._shift(gear, sources, module)
-        entry |= self._tip(gear, sources)
-        entry |= self._root(gear, sources, entry)
+        entry |= self._pressure_angle_values(gear, sources)
+        entry |= self._shift_values(gear, sources, module)
+        entry |= self._tip_values(gear, sources)
+        entry |= self._root_values(gear, sources, entry)
         entry["face_width_mm"] = gear.require_quantity("face_width", "length")
         if is_internal(gear):
-            entry["rim_radius_mm"] = self._rim(gear, entry)
+            entry["rim_radius_mm"] = self._rim_radius(gear, entry)
             self.assumed.append(f"tooth thickness of {gear.label}: without thinning")
-            return entry | self._material(gear)
-        entry["hub_diameter_mm"] = self._hub(gear, entry)
-        return entry | self._span(gear, sources, entry) | self._material(gear)
+            return entry | self._material_values(gear)
+        entry["hub_diameter_mm"] = self._bore_diameter(gear, entry)
+        return (
+            entry
+            | self._span_values(gear, sources, entry)
+            | self._material_values(gear)
+        )
 
-    def _sources(self, gear: Component) -> list[Component]:
+    def _helix_values(self, gear: Component) -> dict[str, Any]:
+        """Helix and, where its sign says so, hand: right if it is positive."""
+        angle = self._helix_angle(gear)
+        if not angle:
+            return {}
+        stages = [s for s in self.gearbox.all_stages if gear in s.gears]
+        values: dict[str, Any] = {"helix_angle_deg": abs(angle)}
+        signs = [
+            math.copysign(1.0, helix_angle(other, stage.component))
+            for stage in stages
+            for other in stage.gears
+            if other is not gear
+        ]
+        if all(sign * angle < 0.0 for sign in signs):
+            values["hand"] = "right" if angle > 0.0 else "left"
+        else:
+            self.assumed.append(
+                f"hand of {gear.label}: opposite to its mate's, whose helix angle has "
+                "the same sign"
+            )
+        return values
+
+    def _helix_angle(self, gear: Component) -> float:
+        """Helix angle [deg], 0 of a spur gear."""
+        stages = [s.component for s in self.gearbox.all_stages if gear in s.gears]
+        angle = helix_angle(gear, stages[0] if stages else None)
+        return angle if abs(angle) > MAX_HELIX_DEG else 0.0
+
+    def _components_of_teeth(self, gear: Component) -> list[Component]:
         """Where attributes of teeth are: flanks, or the gear."""
         parts = self.gearbox.parts
         flanks = [
@@ -84,7 +123,7 @@ class _Conversion:
         ]
         return [gear, *flanks]
 
-    def _first(
+    def _agreed_value(
         self, sources: list[Component], name: str, quantity: str
     ) -> float | None:
         """A value that all sources agree on."""
@@ -102,24 +141,24 @@ class _Conversion:
                 )
         return stated[0][1] if stated else None
 
-    def _pressure_angle(
+    def _pressure_angle_values(
         self, gear: Component, sources: list[Component]
     ) -> dict[str, float]:
-        angle = self._first(sources, "normal_pressure_angle", "angle")
+        angle = self._agreed_value(sources, "normal_pressure_angle", "angle")
         if angle is None:
             self.assumed.append(f"pressure angle of {gear.label}: 20 deg, not stated")
             return {}
         return {"pressure_angle_deg": angle}
 
-    def _shift(
+    def _shift_values(
         self, gear: Component, sources: list[Component], module: float
     ) -> dict[str, float]:
         shifts = {
             name: shift
-            for name in SHIFT
-            if (shift := self._first(sources, name, "ratio")) is not None
+            for name in SHIFT_ATTRIBUTES
+            if (shift := self._agreed_value(sources, name, "ratio")) is not None
         }
-        length = self._first(sources, "addendum_modification", "length")
+        length = self._agreed_value(sources, "addendum_modification", "length")
         if length is not None:
             shifts["addendum_modification"] = length / module
         if shifts:
@@ -128,13 +167,15 @@ class _Conversion:
                 stated = " and ".join(f"{n} = {x:g} module" for n, x in shifts.items())
                 raise InputError(f"{gear.label}: {stated}; they must be equal")
             return {"profile_shift": values[0]}
-        if self._measured(sources):
+        if self._has_span_measurement(sources) and not self._helix_angle(gear):
             return {}
         self.assumed.append(f"profile shift of {gear.label}: 0, not stated")
         return {}
 
-    def _tip(self, gear: Component, sources: list[Component]) -> dict[str, float]:
-        tip = self._first(sources, "tip_diameter", "length")
+    def _tip_values(
+        self, gear: Component, sources: list[Component]
+    ) -> dict[str, float]:
+        tip = self._agreed_value(sources, "tip_diameter", "length")
         if tip is None:
             where = "one module inside" if is_internal(gear) else "above"
             modules = "" if is_internal(gear) else "1 + profile shift modules "
@@ -145,42 +186,42 @@ class _Conversion:
             return {}
         return {"tip_diameter_mm": abs(tip)}
 
-    def _root(
+    def _root_values(
         self, gear: Component, sources: list[Component], entry: dict[str, Any]
     ) -> dict[str, float]:
         """Dedendum and tip of the rack, of the tool or by the root circle."""
-        module, tool = entry["module_mm"], self._tool(gear)
-        root = self._first(sources, "root_diameter", "length")
+        module, tool = entry["module_mm"], self._cutting_tool(gear)
+        root = self._agreed_value(sources, "root_diameter", "length")
         result: dict[str, float] = {}
         if tool is not None:
             result = root_of_tool(tool, module)
         if "dedendum_mm" not in result and root is not None:
-            reference = 0.5 * module * entry["teeth"]
+            reference = 0.5 * module * entry["teeth"] / _helix_cosine(entry)
             shift = module * entry.get("profile_shift", 0.0)
             outward = reference - 0.5 * abs(root)
             result["dedendum_mm"] = shift + (-outward if is_internal(gear) else outward)
         if tool is not None and is_internal(gear):
             result["cutter_teeth"] = tool.require_integer("number_of_teeth")
         if "dedendum_mm" not in result:
-            kind = TOOLS[is_internal(gear)]
+            kind = TOOL_KINDS[is_internal(gear)]
             self.assumed.append(
                 f"dedendum of {gear.label}: 1.25 modules, no {kind} with "
                 "addendum_coefficient_reference_profile, and no root_diameter"
             )
         return result
 
-    def _tool(self, gear: Component) -> Component | None:
+    def _cutting_tool(self, gear: Component) -> Component | None:
         parts = self.gearbox.parts
         tools = [
             *parts("reference", "origin", gear.number, "referenced"),
             *parts("", "workpiece", gear.number, "tool"),
         ]
-        kind = TOOLS[is_internal(gear)]
+        kind = TOOL_KINDS[is_internal(gear)]
         return next((tool for tool in tools if tool.kind == kind), None)
 
-    def _hub(self, gear: Component, entry: dict[str, Any]) -> float:
+    def _bore_diameter(self, gear: Component, entry: dict[str, Any]) -> float:
         """Diameter of the bore: that of the shaft, where it leaves a rim."""
-        reference = float(entry["module_mm"] * entry["teeth"])
+        reference = float(entry["module_mm"] * entry["teeth"]) / _helix_cosine(entry)
         dedendum = entry.get("dedendum_mm", 1.25 * entry["module_mm"])
         shift = entry.get("profile_shift", 0.0) * entry["module_mm"]
         largest = reference + 2.0 * (
@@ -199,7 +240,7 @@ class _Conversion:
         )
         return DEFAULT_HUB * reference
 
-    def _rim(self, gear: Component, entry: dict[str, Any]) -> float:
+    def _rim_radius(self, gear: Component, entry: dict[str, Any]) -> float:
         """Outer radius of an internal gear: its shaft's, where that leaves a rim."""
         module = entry["module_mm"]
         root = 0.5 * module * entry["teeth"] + entry.get("dedendum_mm", 1.25 * module)
@@ -223,25 +264,28 @@ class _Conversion:
         diameters = [diameter_at(section, middle) for section in sections]
         return max(filter(None, diameters), default=None)
 
-    def _measured(self, sources: list[Component]) -> bool:
+    def _has_span_measurement(self, sources: list[Component]) -> bool:
         names = "span_measurement", "number_of_teeth_for_span_measurement"
         return all(any(n in s.attributes for s in sources) for n in names)
 
-    def _span(
+    def _span_values(
         self, gear: Component, sources: list[Component], entry: dict[str, Any]
     ) -> dict[str, Any]:
-        if not self._measured(sources):
+        if "helix_angle_deg" in entry:
+            self.assumed.append(f"tooth thickness of {gear.label}: without thinning")
+            return {}
+        if not self._has_span_measurement(sources):
             self.assumed.append(
                 f"tooth thickness of {gear.label}: without thinning, no "
                 "span_measurement with number_of_teeth_for_span_measurement"
             )
             return {}
-        span = self._first(sources, "span_measurement", "length")
+        span = self._agreed_value(sources, "span_measurement", "length")
         name = "number_of_teeth_for_span_measurement"
         source = next(s for s in sources if name in s.attributes)
         return {"span_mm": span, "span_teeth": source.require_integer(name)}
 
-    def _material(self, gear: Component) -> dict[str, float]:
+    def _material_values(self, gear: Component) -> dict[str, float]:
         """Elastic values and density, of the gear's material or its shaft's."""
         material = self._referenced_material(gear)
         shaft = self.gearbox.shaft_of(gear)
@@ -288,13 +332,15 @@ class _Conversion:
         """Gears that share a shaft, in order along it."""
         gears = self.gearbox.spur_stages.gears
         for axis in dict.fromkeys(map(self.gearbox.axis_of, gears)):
-            here = [gear for gear in gears if self.gearbox.axis_of(gear) == axis]
-            if len(here) < 2:
+            gears_of_axis = [
+                gear for gear in gears if self.gearbox.axis_of(gear) == axis
+            ]
+            if len(gears_of_axis) < 2:
                 continue
-            here.sort(
+            gears_of_axis.sort(
                 key=lambda g: g.quantity("u_coordinate_on_shaft", "length") or 0.0
             )
-            yield {"gears": [names[gear.number] for gear in here]}
+            yield {"gears": [names[gear.number] for gear in gears_of_axis]}
             label = self.gearbox.model.components[axis].label
             self.assumed.append(
                 f"torsion of {label}: rigid between its gears; add "
@@ -389,48 +435,50 @@ def convert_gearbox(model: RexsModel, source: str, name: str) -> RexsGearSet:
         if not model.of_kind("planetary_stage"):
             raise
         try:
-            return _planetary(gearbox, source, name)
+            return _convert_planetary_stage(gearbox, source, name)
         except InputError as other:
             raise InputError(f"{error}; {other}") from None
-    return _spur(gearbox, source, name)
+    return _convert_spur_stages(gearbox, source, name)
 
 
-def _planetary(gearbox: RexsGearbox, source: str, name: str) -> RexsGearSet:
+def _convert_planetary_stage(
+    gearbox: RexsGearbox, source: str, name: str
+) -> RexsGearSet:
     stage, others = planetary_stage(gearbox)
-    convert = _Conversion(gearbox)
-    names = [*_names([stage.sun, stage.ring]).values()]
+    conversion = _GearSetConversion(gearbox)
+    names = [*_gear_names([stage.sun, stage.ring]).values()]
     names.insert(1, stage.planet_name or "planet")
     if len({*names}) < len(names):
         names = ["sun", "planet", "ring"]
-    gears = [convert.gear(g, n) for g, n in zip(stage.gears, names, strict=True)]
-    tables = {"gear": gears, **convert.planetary(stage, names)}
+    gears = [conversion.gear(g, n) for g, n in zip(stage.gears, names, strict=True)]
+    tables = {"gear": gears, **conversion.planetary(stage, names)}
     axis = stage.axes[tables["planetary"][0]["input"]]
-    inside = {mesh.component.number for mesh in stage.stages}
+    stage_numbers = {mesh.component.number for mesh in stage.stages}
     left_out = (
         *others,
         *(
             f"{mesh.component.label}: beside the planetary stage"
             for mesh in gearbox.all_stages
-            if mesh.component.number not in inside
+            if mesh.component.number not in stage_numbers
         ),
         *parts_left_out(gearbox, stage.stages),
         *(line for number in axis for line in speeds_left_out(gearbox, number)),
     )
     labels = {"[[gear]]": [gear.label for gear in stage.gears]}
     labels["[[planetary]]"] = [stage.component.label]
-    about = f"Planetary stage of {source}, REXS {gearbox.model.version}"
-    return _gear_set(name, about, tables, convert.assumed, left_out, labels)
+    description = f"Planetary stage of {source}, REXS {gearbox.model.version}"
+    return _gear_set(name, description, tables, conversion.assumed, left_out, labels)
 
 
-def _spur(gearbox: RexsGearbox, source: str, name: str) -> RexsGearSet:
-    spur, convert = gearbox.spur_stages, _Conversion(gearbox)
-    names = _names(spur.gears)
-    gears = [convert.gear(gear, names[gear.number]) for gear in spur.gears]
-    meshes = [convert.mesh(stage, names) for stage in spur.stages]
+def _convert_spur_stages(gearbox: RexsGearbox, source: str, name: str) -> RexsGearSet:
+    spur, conversion = gearbox.spur_stages, _GearSetConversion(gearbox)
+    names = _gear_names(spur.gears)
+    gears = [conversion.gear(gear, names[gear.number]) for gear in spur.gears]
+    meshes = [conversion.mesh(stage, names) for stage in spur.stages]
     tables: dict[str, Any] = {"gear": gears, "mesh": meshes}
-    if shafts := list(convert.shafts(names)):
+    if shafts := list(conversion.shafts(names)):
         tables["shaft"] = shafts
-    tables |= convert.load(names)
+    tables |= conversion.load(names)
     left_out = (
         *spur.left_out,
         *parts_left_out(gearbox, spur.stages),
@@ -440,8 +488,8 @@ def _spur(gearbox: RexsGearbox, source: str, name: str) -> RexsGearSet:
         "[[gear]]": [gear.label for gear in spur.gears],
         "[[mesh]]": [stage.component.label for stage in spur.stages],
     }
-    about = f"Spur stages of {source}, REXS {gearbox.model.version}"
-    return _gear_set(name, about, tables, convert.assumed, left_out, labels)
+    description = f"Spur stages of {source}, REXS {gearbox.model.version}"
+    return _gear_set(name, description, tables, conversion.assumed, left_out, labels)
 
 
 def _gear_set(
@@ -454,11 +502,11 @@ def _gear_set(
 ) -> RexsGearSet:
     """The file of tables; labels : of the components, by the headings of tables."""
     heading = {"name": name, "description": description, "inferences": assumed}
-    text = _commented(toml_text(heading | tables), assumed, left_out, labels)
+    text = _text_with_comments(toml_text(heading | tables), assumed, left_out, labels)
     return RexsGearSet(text, tuple(assumed), left_out)
 
 
-def _names(gears: list[Component]) -> dict[int, str]:
+def _gear_names(gears: list[Component]) -> dict[int, str]:
     """A name for each gear, with its id where a name is used twice or missing."""
     labels = [gear.name for gear in gears]
     return {
@@ -469,14 +517,14 @@ def _names(gears: list[Component]) -> dict[int, str]:
     }
 
 
-def _on_lines(assumed: Iterable[str]) -> Iterator[str]:
+def _inference_lines(assumed: Iterable[str]) -> Iterator[str]:
     """The key `inferences` with an entry on each line."""
     yield "inferences = ["
     yield from (f"    {toml_value(line)}," for line in assumed)
     yield "]"
 
 
-def _commented(
+def _text_with_comments(
     text: str,
     assumed: Iterable[str],
     left_out: tuple[str, ...],
@@ -493,5 +541,7 @@ def _commented(
     for line in text.splitlines():
         if line in components:
             lines.append(f"# {next(components[line])}")
-        lines += [*_on_lines(assumed)] if line.startswith("inferences = ") else [line]
+        lines += (
+            [*_inference_lines(assumed)] if line.startswith("inferences = ") else [line]
+        )
     return "\n".join(lines) + "\n"

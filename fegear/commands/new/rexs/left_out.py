@@ -43,19 +43,19 @@ def parts_left_out(gearbox: RexsGearbox, stages: Iterable[Stage]) -> Iterator[st
         kinds.setdefault(component.kind, []).append(component)
     for kind, parts in sorted(kinds.items()):
         if kind not in (*READ_KINDS, *PLANETARY_KINDS):
-            yield f"{len(parts)} {kind}: {_listed(part.label for part in parts)}"
+            yield f"{len(parts)} {kind}: {_listed_names(part.label for part in parts)}"
     read = list(stages)
     gears = {gear.number: gear for stage in read for gear in stage.gears}
-    used = [*gears.values(), *_others(gearbox, read, gears.values())]
+    used = [*gears.values(), *_other_parts(gearbox, read, gears.values())]
     unread: dict[str, dict[str, None]] = {}
     for part in used:
         for name in part.attributes.keys() - {*READ_ATTRIBUTES, *SILENT_ATTRIBUTES}:
             unread.setdefault(part.kind, {})[name] = None
     for kind, names in sorted(unread.items()):
-        yield f"attributes of {kind}: {_listed(sorted(names))}"
+        yield f"attributes of {kind}: {_listed_names(sorted(names))}"
 
 
-def _others(
+def _other_parts(
     gearbox: RexsGearbox, stages: Iterable[Stage], gears: Iterable[Component]
 ) -> Iterator[Component]:
     """Stages and flanks that are read, besides gears."""
@@ -80,7 +80,7 @@ def speeds_left_out(gearbox: RexsGearbox, axis: int) -> Iterator[str]:
         yield f"rotational_speed of the input: {text} rpm, an option of commands"
 
 
-def _listed(items: Iterable[str]) -> str:
+def _listed_names(items: Iterable[str]) -> str:
     names = list(items)
     more = len(names) - LISTED_NAMES
     return ", ".join(names[:LISTED_NAMES]) + (f" and {more} more" if more > 0 else "")

@@ -70,7 +70,7 @@ class PlanetaryStage:
             held = ["ring"]
         moving = [name for name in self.axes if name not in held]
         by_default = moving[0], "no defines_speed or defines_torque"
-        driver, rule = self._input(moving) or by_default
+        driver, rule = self._input_member(moving) or by_default
         assumed.append(f"input: {driver}, by {rule}")
         (driven,) = (name for name in moving if name != driver)
         return {"input": driver, "output": driven, "held": held[0]}
@@ -88,7 +88,7 @@ class PlanetaryStage:
                 return True
         return False
 
-    def _input(self, members: list[str]) -> tuple[str, str] | None:
+    def _input_member(self, members: list[str]) -> tuple[str, str] | None:
         """The input by what a model says of its shafts, and by which attribute."""
         parts = self.gearbox.model.components
         for member in members:
@@ -131,7 +131,7 @@ def planetary_stage(gearbox: RexsGearbox) -> tuple[PlanetaryStage, list[str]]:
     converted: list[PlanetaryStage] = []
     for component in gearbox.model.of_kind("planetary_stage"):
         try:
-            converted.append(_stage(gearbox, component))
+            converted.append(_planetary_stage_of(gearbox, component))
         except InputError as error:
             reasons.append(str(error))
     if not converted:
@@ -140,7 +140,7 @@ def planetary_stage(gearbox: RexsGearbox) -> tuple[PlanetaryStage, list[str]]:
     return converted[0], [*reasons, *beyond]
 
 
-def _stage(gearbox: RexsGearbox, component: Component) -> PlanetaryStage:
+def _planetary_stage_of(gearbox: RexsGearbox, component: Component) -> PlanetaryStage:
     """InputError where it is no stage of a sun, equal planets and a ring."""
     parts = gearbox.parts("assembly", "assembly", component.number, "part")
     numbers = {part.number for part in parts}
@@ -148,7 +148,7 @@ def _stage(gearbox: RexsGearbox, component: Component) -> PlanetaryStage:
     label = component.label
     with_ring = [stage for stage in stages if any(map(is_internal, stage.gears))]
     for stage in stages:
-        if reason := rejection(stage, internal=stage in with_ring):
+        if reason := rejection(stage, internal=stage in with_ring, planetary=True):
             raise InputError(f"{label}: {reason}")
     rings = {g.number: g for s in with_ring for g in s.gears if is_internal(g)}
     planets = {g.number: g for s in with_ring for g in s.gears if not is_internal(g)}
@@ -162,13 +162,13 @@ def _stage(gearbox: RexsGearbox, component: Component) -> PlanetaryStage:
     meshes = Counter(g.number for s in stages for g in s.gears if g.number in planets)
     if {*meshes.values()} != {2} or len(stages) != 2 * len(planets):
         raise InputError(f"{label}: a planet does not mesh once with sun and ring")
-    _require_alike(label, [*planets.values()])
+    _require_equal_planets(label, [*planets.values()])
     (sun,), (ring,) = suns.values(), rings.values()
     members = (*planets.values(),)
     return PlanetaryStage(gearbox, component, sun, members, ring, (*inner, *with_ring))
 
 
-def _require_alike(label: str, planets: list[Component]) -> None:
+def _require_equal_planets(label: str, planets: list[Component]) -> None:
     first, *others = planets
     for other in others:
         for name in EQUAL_OF_PLANETS:

@@ -39,19 +39,19 @@ def read_rexs(path: str | Path) -> RexsModel:
 def parse_rexs(data: bytes) -> RexsModel:
     """The model of the content of a REXS file."""
     if data.startswith(b"PK"):
-        data = _unpacked(data)
+        data = _unpacked_model(data)
     is_json = data.removeprefix(b"\xef\xbb\xbf").lstrip().startswith(b"{")
     return _model(_json_tree(data) if is_json else _xml_tree(data))
 
 
-def _unpacked(data: bytes) -> bytes:
+def _unpacked_model(data: bytes) -> bytes:
     """The model in a ZIP file, which may hold other files, such as pictures."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             names = [n for n in archive.namelist() if n.lower().endswith(ENDINGS)]
             if not names:
                 raise InputError("ZIP file without a .rexs file")
-            with archive.open(min(names, key=_rank)) as file:
+            with archive.open(min(names, key=_rank_of_ending)) as file:
                 content = file.read(MAX_BYTES + 1)
     except InputError:
         raise
@@ -62,7 +62,7 @@ def _unpacked(data: bytes) -> bytes:
     return content
 
 
-def _rank(name: str) -> tuple[int, str]:
+def _rank_of_ending(name: str) -> tuple[int, str]:
     """Order of names: .rexs first."""
     return next(n for n, end in enumerate(ENDINGS) if name.lower().endswith(end)), name
 
@@ -84,28 +84,32 @@ def _xml_tree(data: bytes) -> dict[str, Any]:
         if isinstance(error, InputError):
             raise
         raise InputError(f"not a REXS file: XML syntax: {error}") from None
-    if _tag(root) != "model":
-        raise InputError(f"not a REXS file: root <{_tag(root)[:40]}>; must be <model>")
+    if _local_tag(root) != "model":
+        raise InputError(
+            f"not a REXS file: root <{_local_tag(root)[:40]}>; must be <model>"
+        )
     return {
         **root.attrib,
-        "relations": [_xml_relation(item) for item in _below(root, "relations")],
-        "components": [_xml_component(item) for item in _below(root, "components")],
+        "relations": [_xml_relation(item) for item in _descendants(root, "relations")],
+        "components": [
+            _xml_component(item) for item in _descendants(root, "components")
+        ],
         "load_spectrum": {"load_cases": list(_xml_load_cases(root))},
     }
 
 
-def _tag(element: ElementTree.Element) -> str:
+def _local_tag(element: ElementTree.Element) -> str:
     return str(element.tag).rpartition("}")[2]
 
 
-def _below(root: ElementTree.Element, name: str) -> list[ElementTree.Element]:
+def _descendants(root: ElementTree.Element, name: str) -> list[ElementTree.Element]:
     """Elements within those of a name."""
-    return [item for child in root if _tag(child) == name for item in child]
+    return [item for child in root if _local_tag(child) == name for item in child]
 
 
 def _xml_load_cases(root: ElementTree.Element) -> Iterator[dict[str, Any]]:
-    for case in _below(root, "load_spectrum"):
-        if _tag(case) == "load_case":
+    for case in _descendants(root, "load_spectrum"):
+        if _local_tag(case) == "load_case":
             yield {"components": [_xml_component(item) for item in case]}
 
 
@@ -114,14 +118,16 @@ def _xml_relation(element: ElementTree.Element) -> dict[str, Any]:
 
 
 def _xml_component(element: ElementTree.Element) -> dict[str, Any]:
-    attributes = [_xml_attribute(item) for item in element if _tag(item) == "attribute"]
+    attributes = [
+        _xml_attribute(item) for item in element if _local_tag(item) == "attribute"
+    ]
     return {**element.attrib, "attributes": attributes}
 
 
 def _xml_attribute(element: ElementTree.Element) -> dict[str, Any]:
     value: Any = element.text
     for child in element:
-        value = [item.text for item in child] if _tag(child) == "array" else None
+        value = [item.text for item in child] if _local_tag(child) == "array" else None
     return {**element.attrib, "value": value}
 
 
@@ -142,10 +148,10 @@ def _model(tree: Mapping[str, Any]) -> RexsModel:
     version = str(tree.get("version", "missing"))[:40]
     if not VERSION.fullmatch(version):
         raise InputError(f"version = {version}; must be one of REXS 1, such as 1.4")
-    components = _by_number(_entries(tree, "components"))
+    components = _components_by_number(_entries(tree, "components"))
     return RexsModel(
         version=version,
-        application=_clean(tree.get("applicationId")),
+        application=_printable_text(tree.get("applicationId")),
         components=components,
         relations=tuple(
             _relation(entry, components) for entry in _entries(tree, "relations")
@@ -161,7 +167,7 @@ def _model(tree: Mapping[str, Any]) -> RexsModel:
 
 def _load_case(number: int, case: dict[str, Any]) -> dict[int, Component]:
     try:
-        return _by_number(_entries(case, "components"))
+        return _components_by_number(_entries(case, "components"))
     except InputError as error:
         raise InputError(f"load case {number}: {error}") from None
 
@@ -174,7 +180,7 @@ def _entries(tree: Any, name: str) -> list[dict[str, Any]]:
     return entries
 
 
-def _by_number(entries: list[dict[str, Any]]) -> dict[int, Component]:
+def _components_by_number(entries: list[dict[str, Any]]) -> dict[int, Component]:
     components: dict[int, Component] = {}
     for entry in entries:
         component = _component(entry)
@@ -185,14 +191,14 @@ def _by_number(entries: list[dict[str, Any]]) -> dict[int, Component]:
 
 
 def _component(entry: dict[str, Any]) -> Component:
-    number, kind = _number(entry, "component"), _clean(entry.get("type"))
+    number, kind = _number(entry, "component"), _printable_text(entry.get("type"))
     if not kind:
         raise InputError(f"component {number}: type is missing")
     attributes = map(_attribute, _entries(entry, "attributes"))
     return Component(
         number,
         kind,
-        _clean(entry.get("name")),
+        _printable_text(entry.get("name")),
         {item.name: item for item in attributes},
     )
 
@@ -201,8 +207,8 @@ def _attribute(entry: dict[str, Any]) -> Attribute:
     values = [value for key, value in entry.items() if key not in NOT_A_VALUE]
     unit = entry.get("unit")
     return Attribute(
-        _clean(entry.get("id")),
-        None if unit is None else _clean(unit),
+        _printable_text(entry.get("id")),
+        None if unit is None else _printable_text(unit),
         values[0] if values else None,
     )
 
@@ -210,7 +216,7 @@ def _attribute(entry: dict[str, Any]) -> Attribute:
 def _relation(entry: dict[str, Any], components: Mapping[int, Component]) -> Relation:
     number = _number(entry, "relation")
     roles = tuple(
-        (_clean(ref.get("role")), _number(ref, f"relation {number}: ref"))
+        (_printable_text(ref.get("role")), _number(ref, f"relation {number}: ref"))
         for ref in _entries(entry, "refs")
     )
     for role, other in roles:
@@ -219,7 +225,7 @@ def _relation(entry: dict[str, Any], components: Mapping[int, Component]) -> Rel
                 f"relation {number}: ref with role {role} has id = {other}; "
                 "there is no such component"
             )
-    return Relation(number, _clean(entry.get("type")), roles)
+    return Relation(number, _printable_text(entry.get("type")), roles)
 
 
 def _number(entry: dict[str, Any], where: str) -> int:
@@ -230,11 +236,11 @@ def _number(entry: dict[str, Any], where: str) -> int:
             raise ValueError
         return int(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
-        text = _clean(value)[:40] or "nothing"
+        text = _printable_text(value)[:40] or "nothing"
         raise InputError(f"{where} id = {text}; must be a whole number") from None
 
 
-def _clean(value: Any) -> str:
+def _printable_text(value: Any) -> str:
     """Text of a name on one line, without quotes and what cannot be printed."""
     text = " ".join(str("" if value is None else value).replace('"', "'").split())
     return "".join(letter for letter in text if letter.isprintable())[:200]

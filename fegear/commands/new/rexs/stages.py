@@ -73,14 +73,16 @@ class RexsGearbox:
 
     @cached_property
     def spur_stages(self) -> SpurStages:
-        """InputError where there is no spur stage, with the reason of each stage."""
+        """InputError where there is none, with the reason of each stage."""
         stages = self.all_stages
         reasons = self._rejections(stages)
         spur = [s for s in stages if s.component.number not in reasons]
         if not spur:
-            raise InputError(f"no spur stage: {'; '.join(reasons.values())}")
-        axis, rule = self._input(spur)
-        reached = self._oriented(spur, axis)
+            raise InputError(
+                f"no stage of external gears: {'; '.join(reasons.values())}"
+            )
+        axis, rule = self._input_axis(spur)
+        reached = self._stages_from_driver(spur, axis)
         numbers = {stage.component.number for stage in reached}
         beyond = [
             f"{stage.component.label}: not connected with the input by spur stages"
@@ -134,7 +136,7 @@ class RexsGearbox:
                 )
         return reasons
 
-    def _input(self, stages: list[Stage]) -> tuple[int, str]:
+    def _input_axis(self, stages: list[Stage]) -> tuple[int, str]:
         """Axis of the input, and how it was found."""
         axes = list(dict.fromkeys(self.axis_of(g) for s in stages for g in s.gears))
         shafts = [axis for axis in axes if self.model.components[axis].kind == "shaft"]
@@ -173,11 +175,13 @@ class RexsGearbox:
                     return gear
         return None
 
-    def _oriented(self, stages: list[Stage], axis: int) -> list[Stage]:
+    def _stages_from_driver(self, stages: list[Stage], axis: int) -> list[Stage]:
         """Stages that are connected with an axis, each away from it, nearest first."""
         reached, order, waiting = {axis}, [], list(stages)
         while waiting:
-            step = next((s for s in waiting if self._starts(s, reached)), None)
+            step = next(
+                (s for s in waiting if self._stages_at_reached(s, reached)), None
+            )
             if step is None:
                 break
             waiting.remove(step)
@@ -186,7 +190,7 @@ class RexsGearbox:
             order.append(away)
         return order
 
-    def _starts(self, stage: Stage, reached: set[int]) -> bool:
+    def _stages_at_reached(self, stage: Stage, reached: set[int]) -> bool:
         return any(self.axis_of(gear) in reached for gear in stage.gears)
 
 
@@ -196,10 +200,11 @@ def is_internal(gear: Component) -> bool:
     return (gear.quantity("number_of_teeth", "ratio") or 0.0) < 0.0
 
 
-def rejection(stage: Stage, internal: bool = False) -> str:
-    """Why a stage is no spur stage, or nothing.
+def rejection(stage: Stage, internal: bool = False, planetary: bool = False) -> str:
+    """Why a stage is left out, or nothing.
 
     internal : whether an internal gear is allowed
+    planetary : whether it is part of a planetary set, which is of spur gears
     """
     label = stage.component.label
     if stage.component.kind != "cylindrical_stage":
@@ -209,15 +214,42 @@ def rejection(stage: Stage, internal: bool = False) -> str:
             return f"{label}: {gear.label} is an internal gear"
         if gear.kind not in ("cylindrical_gear", "ring_gear"):
             return f"{label}: {gear.label} is not a cylindrical_gear"
+    return _helix_rejection(stage, planetary)
+
+
+def _helix_rejection(stage: Stage, planetary: bool) -> str:
+    """Why helices do not fit, or nothing; planetary : as of `rejection`."""
+    label, angles = stage.component.label, [0.0]
     for part in (*stage.gears, stage.component):
         for name in HELIX:
             angle = part.quantity(name, "angle")
-            if angle is not None and abs(angle) > MAX_HELIX_DEG:
+            if angle is None:
+                continue
+            if planetary and abs(angle) > MAX_HELIX_DEG:
                 return (
                     f"{label}: {name} of {part.label} is {angle:g} deg; only spur "
                     "gears, 0 deg"
                 )
+            angles.append(abs(angle))
+    most = max(angles)
+    for gear in stage.gears:
+        angle = helix_angle(gear, stage.component)
+        if abs(abs(angle) - most) > MAX_HELIX_DEG:
+            return (
+                f"{label}: helix angle of {gear.label} is {angle:g} deg; must be "
+                f"{most:g}"
+            )
     return ""
+
+
+def helix_angle(gear: Component, stage: Component | None = None) -> float:
+    """Helix angle of a gear [deg], right-handed positive; that of its stage if none."""
+    for part in (gear, stage):
+        for name in HELIX if part is not None else ():
+            angle = part.quantity(name, "angle") if part is not None else None
+            if angle is not None:
+                return angle
+    return 0.0
 
 
 def ratios_from_input(

@@ -11,7 +11,7 @@ from drawn_figures import are_drawn, axis_labels, saved_figures
 from typer.testing import CliRunner
 
 import fegear
-from fegear import LumpedModel, StiffnessSource
+from fegear import ExcitationSettings, LumpedModel
 from fegear.cli import app
 from lumped.branches.branch_settings import BranchSettings
 from lumped.common.csv_text import parse_csv
@@ -142,7 +142,15 @@ def test_ctrl_c_keeps_the_finished_branches(tmp_path, monkeypatch):
 def test_two_doublings_between_two_steps_are_found():
     """At little damping a multiplier passes -1 and comes back within a step."""
     arguments = ("liu-pair", "--torque", 100, "--speeds", "1000:1430")
-    arguments += ("--model", 1, "--damping", 0.005, "--period-multiple", 1, "--json")
+    arguments += (
+        "--model",
+        1,
+        "--damping-ratio",
+        0.005,
+        "--period-multiple",
+        1,
+        "--json",
+    )
     values = json.loads(run(*arguments))
     doublings = [
         bifurcation["frequency_Hz"]
@@ -155,7 +163,14 @@ def test_two_doublings_between_two_steps_are_found():
 @pytest.mark.slow
 def test_an_isolated_branch_is_found_from_random_states_and_closes():
     """Of a third of the speed, which no sweep meets."""
-    arguments = ("liu-pair", "--excitation", "rectangular", "--damping", 0.03, "--json")
+    arguments = (
+        "liu-pair",
+        "--excitation",
+        "rectangular",
+        "--damping-ratio",
+        0.03,
+        "--json",
+    )
     arguments += ("--harmonics", 6, "--period-multiple", 3, "--speeds", "4600:7200")
     branches = {
         n: json.loads(run(*arguments, "--starts", n))["branches"] for n in (0, 40)
@@ -217,7 +232,7 @@ def test_the_first_lines_say_which_model_it_is_and_what_model_1_leaves_out():
     by_source = fegear.Branches(
         gear_set="liu-idler",
         speeds=(2400.0, 2500.0),
-        model=LumpedModel(number="auto", stiffness=StiffnessSource(kind="fourier")),
+        model=LumpedModel(number="auto", excitation=ExcitationSettings(kind="fourier")),
     )
     assert by_source.prepare().notes[0] == source
     plain = fegear.Branches(gear_set="liu-idler", speeds=(2400.0, 2500.0))

@@ -228,7 +228,7 @@ def test_a_wrong_gearbox_is_refused_in_a_line(tmp_path, capsys, old, new, messag
     ("text", "message"),
     [
         ("", "no column names"),
-        ("time_s,speed_rpm\n", "needs 4 rows, got 0"),
+        ("time_s,speed_rpm\n", "rows of a speed signal = 0; must be 4 or more"),
         ("time_s,speed\n0,1\n", "needed are time_s and either"),
         ("time_s,speed_rpm\n0,1\n1,a\n", "must hold numbers"),
         ("time_s,speed_rpm,speed_rad_per_s\n0,1,1\n", "either speed_rpm or"),

@@ -14,10 +14,10 @@ import pytest
 from drawn_figures import are_drawn, axis_labels, saved_figures
 from ended_runs import killed_after
 from typer.testing import CliRunner
+from written_tables import read_sweep
 
 import fegear
 from fegear.cli import app
-from lumped.steady.sweep_table import read_sweep
 
 MAIN = [sys.executable, "-c", "from fegear.cli import main; main()"]
 PAIR = ["dynamics", "liu-pair", "--torque", "100", "--fidelity", "quasistatic"]

@@ -133,8 +133,8 @@ READERS = {".mat": read_mat, ".npz": np.load, ".json": read_json}
 
 
 def test_what_changes_nothing_is_refused(tmp_path):
-    source = fegear.StiffnessSource(plane="strain")
+    source = fegear.ExcitationSettings(plane="strain")
     with pytest.raises(InputError, match=r"^plane = strain; the gear set gives all"):
-        export("liu-pair", source=source, stiffness="given")
+        export("liu-pair", excitation=source, stiffness="given")
     with pytest.raises(InputError, match=r"must end in \.mat, \.npz, \.json or \.fmu$"):
         export("liu-pair").write(tmp_path / "m.csv")

@@ -159,8 +159,8 @@ def test_the_program_needs_the_standard_library_alone():
 
 
 def coarse_export(**changes):
-    source = fegear.StiffnessSource(positions=16, resolution="coarse")
-    study = fegear.ModelExport(gear_set="liu-idler", source=source, **changes)
+    source = fegear.ExcitationSettings(positions=16, resolution="coarse")
+    study = fegear.ModelExport(gear_set="liu-idler", excitation=source, **changes)
     return fegear.run(study)
 
 
@@ -201,8 +201,8 @@ def test_a_ring_turns_and_is_loaded_in_the_sense_of_its_mate(tmp_path, driver):
             "load": {"gear": one, "torques_Nm": [100.0]},
         }
     )
-    source = fegear.StiffnessSource(positions=16, resolution="coarse")
-    study = fegear.ModelExport(gear_set=pair, mesh=1, source=source)
+    source = fegear.ExcitationSettings(positions=16, resolution="coarse")
+    study = fegear.ModelExport(gear_set=pair, mesh=1, excitation=source)
     fmu = running(fegear.run(study).fmu_mesh, tmp_path)
     fmu.driver_angle, fmu.driven_angle = 0.3, 0.3 * teeth[0] / teeth[1]
     assert fmu.deflection == pytest.approx(0.0, abs=1e-15)
@@ -214,8 +214,8 @@ def test_a_ring_turns_and_is_loaded_in_the_sense_of_its_mate(tmp_path, driver):
 
 
 def test_damping_of_a_pair_is_that_of_its_matrices():
-    source = fegear.StiffnessSource(positions=16, resolution="coarse")
-    study = {"gear_set": "liu-pair", "stiffness": "fe", "source": source}
+    source = fegear.ExcitationSettings(positions=16, resolution="coarse")
+    study = {"gear_set": "liu-pair", "stiffness": "fe", "excitation": source}
     result = fegear.run(fegear.ModelExport(mesh=1, **study))
     row, matrix = result.arrays["mesh_vectors"][0], result.arrays["C"]
     expected = matrix[0, 0] / row[0] ** 2

@@ -15,7 +15,7 @@ from lumped.train.modes import natural_modes
 
 COARSE = fegear.LumpedModel(
     damping_ratio=0.03,
-    stiffness=fegear.StiffnessSource(kind="rectangular"),
+    excitation=fegear.ExcitationSettings(kind="rectangular"),
 )
 EXTRA = {
     "gear.1.coupling_stiffness_Nm_per_rad": 2e4,
@@ -60,7 +60,7 @@ def test_opentorsion_has_the_frequencies_about_averages_of_model_1(name, edits):
     gears = gear_set(name, edits)
     assembly = fegear.to_opentorsion(gears, 100.0, COARSE)
     assert isinstance(assembly, opentorsion.Assembly)
-    model = fegear.LumpedModel(number=1, stiffness=COARSE.stiffness)
+    model = fegear.LumpedModel(number=1, excitation=COARSE.excitation)
     system = fegear.lumped_system(gears, 100.0, model)
     modes = natural_modes(system.train, list(system.modes.mean_stiffness))
     ours = modes.frequency_Hz

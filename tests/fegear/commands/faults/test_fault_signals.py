@@ -16,7 +16,12 @@ from scipy.io import loadmat, netcdf_file
 
 import fegear
 from fegear.commands.faults.axes import FAULTS, GearSetEdits
-from fegear.commands.faults.study import MAX_VALUES, Runs, noise_seed, random_points
+from fegear.commands.faults.study import (
+    MAX_SAMPLES,
+    RunComputations,
+    noise_seed,
+    random_points,
+)
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
 from fegear.gearset.read import load_tables
@@ -27,7 +32,7 @@ from lumped.common.workers import Cluster
 from lumped.steady.maps import Axis
 
 MODEL = fegear.LumpedModel(
-    number=1, stiffness=fegear.StiffnessSource(kind="rectangular")
+    number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
 )
 FINE = Settings(tolerance=1e-10, steps=64)
 SIGNALS = [
@@ -113,8 +118,8 @@ def test_runs_without_noise_are_those_of_signals_too(result):
 
 @pytest.mark.slow
 def test_a_run_of_the_coupled_model_is_that_of_signals_to_the_bit():
-    source = fegear.StiffnessSource(resolution="coarse")
-    model = fegear.LumpedModel(number="coupled", stiffness=source)
+    source = fegear.ExcitationSettings(resolution="coarse")
+    model = fegear.LumpedModel(number="coupled", excitation=source)
     settings = {"model": model, "integration": Settings()}
     runs = fegear.run(study("pitch_error=0,3", **settings))
     assert runs.runs.settled.all()
@@ -134,7 +139,7 @@ def test_noise_differs_from_run_to_run_and_not_with_workers(noisy, result):
 
 def test_runs_can_go_to_other_processes(noisy, result):
     """As they are sent: systems with what they have worked out, and what is asked."""
-    runs = Runs(noisy.prepare())
+    runs = RunComputations(noisy.prepare())
     arrays = pickle.loads(pickle.dumps(runs["6"]))()
     np.testing.assert_array_equal(arrays["values"], result.runs.values[5])
 
@@ -303,7 +308,11 @@ def test_runs_without_signals_keep_their_labels():
     ("over", "settings", "message"),
     [
         ((), {}, "over = 0; one axis or more is needed"),
-        (("dent=0:1:2",), {}, "over dent; allowed speed, torque_Nm, noise_percent, "),
+        (
+            ("dent=0:1:2",),
+            {},
+            "over dent; allowed are speed, torque_Nm, noise_percent, ",
+        ),
         (("pitch_eror=1",), {}, "pitch_error"),
         (("gear.1.mas_kg=1",), {"tooth": 1}, "unknown key mas_kg"),
         (("gear.1.teeth=30:40:2",), {"tooth": 1}, "all runs have the same gears"),
@@ -312,17 +321,17 @@ def test_runs_without_signals_keep_their_labels():
         (("pitch_error=1", "pitch_error=2"), {}, "pitch_error; is given twice"),
         (("pitch_error=1",), {"tooth": 39}, "tooth = 39; gear pinion has 38 teeth"),
         (("pitch_error=1", "tooth=39"), {"tooth": 1}, "tooth = 39; gear pinion has"),
-        (("pitch_error=1", "tooth=1.5"), {"tooth": 1}, "tooth; allowed whole numbers"),
-        (("pitch_error=1", "tooth=2,-3"), {"tooth": 1}, "over tooth = -3; allowed 1"),
-        (("pitch_error=1", "tooth=2,0"), {"tooth": 1}, "over tooth = 0; allowed 1 to"),
-        (("pitch_error=1", "noise_percent=1,-5"), {}, "noise_percent = -5; allowed 0"),
+        (("pitch_error=1", "tooth=1.5"), {"tooth": 1}, "tooth; must be whole numbers"),
+        (("pitch_error=1", "tooth=2,-3"), {"tooth": 1}, "over tooth = -3; must be 1"),
+        (("pitch_error=1", "tooth=2,0"), {"tooth": 1}, "over tooth = 0; must be 1 to"),
+        (("pitch_error=1", "noise_percent=1,-5"), {}, "noise_percent = -5; must be 0"),
         (
             ("noise_percent=1", "seed=1,-5"),
             {"tooth": 1},
-            "over seed = -5; allowed 0 to 4294967295",
+            "over seed = -5; must be 0 to 4294967295",
         ),
-        (("noise_percent=1", "seed=1e19"), {"tooth": 1}, "over seed = 1e+19; allowed"),
-        (("speed=900,-1",), {"tooth": 1, "rpm": None}, "over speed = -1; allowed"),
+        (("noise_percent=1", "seed=1e19"), {"tooth": 1}, "over seed = 1e+19; must be"),
+        (("speed=900,-1",), {"tooth": 1, "rpm": None}, "over speed = -1; must be"),
         (
             ("torque_Nm=50,-1",),
             {"tooth": 1, "torque": None},
@@ -344,7 +353,7 @@ def test_runs_without_signals_keep_their_labels():
         (
             ("pitch_error=0:1:10000",),
             {"turns": 100},
-            f"at most {MAX_VALUES} are allowed; use averages",
+            f"at most {MAX_SAMPLES} are allowed; use averages",
         ),
     ],
 )
@@ -481,5 +490,5 @@ def test_the_command_writes_the_table_beside_the_signals(tmp_path):
 
 @pytest.mark.parametrize("name", [name for name in FAULTS if name != "pitch_error"])
 def test_sizes_of_faults_are_not_negative(name):
-    with pytest.raises(InputError, match=f"{name} = -1; allowed 0 or more"):
+    with pytest.raises(InputError, match=f"{name} = -1; must be 0 or more"):
         fegear.FaultSignals(gear_set="liu-pair", over=f"{name}=-1,2", rpm=900.0)

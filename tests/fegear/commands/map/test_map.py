@@ -83,7 +83,7 @@ def test_a_file_that_another_map_has_kept_is_refused(tmp_path):
         at=1700.0,
         torque=100.0,
         model=fegear.LumpedModel(
-            number="auto", stiffness=fegear.StiffnessSource(kind="rectangular")
+            number="auto", excitation=fegear.ExcitationSettings(kind="rectangular")
         ),
     )
     with pytest.raises(KeyboardInterrupt):
@@ -203,7 +203,7 @@ def test_exponents_are_those_of_sections_and_drawn(tmp_path):
     table = parse_csv(path.read_text("utf-8"), "m.csv")
     at = [table.names.index(n) for n in ("damping_ratio", "lyapunov_per_period")]
     exponents = dict(tuple(float(row[i]) for i in at) for row in table.rows.values())
-    model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
+    model = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
     for damping, exponent in exponents.items():
         sections = fegear.run(
             fegear.Bifurcations(
@@ -236,7 +236,7 @@ def test_the_exponent_of_a_band_is_the_largest_of_its_sweeps(tmp_path):
             torque=100.0,
             over=f"mesh_frequency_Hz={','.join(speeds)}",
             model=fegear.LumpedModel(
-                stiffness=fegear.StiffnessSource(kind="rectangular")
+                excitation=fegear.ExcitationSettings(kind="rectangular")
             ),
         )
     )

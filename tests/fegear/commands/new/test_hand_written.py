@@ -5,6 +5,7 @@ Two spur stages on three shafts, between a helical stage and a ring gear.
 
 from __future__ import annotations
 
+import math
 import tomllib
 
 import pytest
@@ -192,8 +193,9 @@ def test_values_and_units(version):
 def test_what_is_left_out_is_named():
     result = converted(document())
     lines = "\n".join(result.left_out)
-    assert 'cylindrical_stage 81 "helical stage": helix_angle_reference' in lines
-    assert "11.4592 deg" in lines
+    # its mate is a spur gear
+    assert 'cylindrical_stage 81 "helical stage": helix angle of' in lines
+    assert "is 0 deg; must be 11.4592" in lines
     assert "2 rolling_bearing_with_catalog_geometry" in lines
     assert '61 "6210"' in lines
     assert "attributes of cylindrical_gear: chamfer_at_tooth_end" in lines
@@ -311,7 +313,9 @@ def test_a_file_without_spur_stages():
         '<attribute id="number_of_teeth" unit="none">40</attribute>',
         '<attribute id="number_of_teeth" unit="none">-40</attribute>',
     )
-    with pytest.raises(InputError, match=r"no spur stage: .*internal gear|only spur"):
+    with pytest.raises(
+        InputError, match=r"no stage of external gears: .*internal gear|only spur"
+    ):
         converted(text)
 
 
@@ -324,3 +328,47 @@ def test_a_planetary_stage_is_left_out():
     lines = "\n".join(converted(text).left_out)
     assert 'ring_gear 41 "ring" is an internal gear' in lines
     assert '"low stage": cylindrical_gear 31 "Abtrieb" also meshes with an' in lines
+
+
+def helical(angles=("0.2", "-0.2")):
+    """The document with a helical low stage, of angles [rad]."""
+    text = document().replace('unit="rad">0.2<', 'unit="rad">0.3<')
+    for number, angle in zip((22, 31), angles, strict=True):
+        start = text.index(f'<component id="{number}"')
+        place = text.index(">", start) + 1
+        attribute = (
+            f'<attribute id="helix_angle_reference_diameter" unit="rad">{angle}'
+            "</attribute>"
+        )
+        text = text[:place] + attribute + text[place:]
+    # at the distance of their reference circles: 3 mm / cos(0.2)
+    return text.replace('unit="mum">91500.0', 'unit="mum">93366.0')
+
+
+def test_helical_stages_are_read():
+    result = converted(helical())
+    tables = tomllib.loads(result.text)
+    pinion, wheel = tables["gear"][2:]
+    assert [g["helix_angle_deg"] for g in (pinion, wheel)] == pytest.approx(
+        [11.4591559] * 2
+    )
+    assert (pinion["hand"], wheel["hand"]) == ("right", "left")
+    assert "helix_angle_deg" not in tables["gear"][0]
+    gear_set = read_gear_set(result.text)
+    assert gear_set.meshes[1].is_helical
+    assert not gear_set.meshes[0].is_helical
+    cosine = math.cos(0.2)
+    teeth = gear_set.gears[2].geometry
+    assert teeth.module == pytest.approx(3e-3 / cosine)
+    # a root diameter of 55.2 mm
+    assert teeth.root_radius == pytest.approx(27.6e-3, rel=1e-9)
+
+
+def test_helices_of_one_sign_are_magnitudes():
+    result = converted(helical(("0.2", "0.2")))
+    assert "hand" not in tomllib.loads(result.text)["gear"][2]
+    assert "the same sign" in "\n".join(result.assumed)
+    signs = [
+        math.copysign(1, g.geometry.twist) for g in read_gear_set(result.text).gears
+    ]
+    assert signs[2] == -signs[3]

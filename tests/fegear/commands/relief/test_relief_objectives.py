@@ -135,7 +135,7 @@ def vibration_search(problem, job, limit):
     return VibrationSearch(
         changed=changed,
         bounds=np.array(problem.bounds),
-        model=LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular")),
+        model=LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular")),
         index=0,
         torques=(100.0,),
         speeds=(2000.0, 2400.0),

@@ -494,7 +494,7 @@ def test_film_of_a_third_of_a_turn_ends_where_it_began(tmp_path):
     [
         (("--zoom", "set", "--mesh", "2"), "--mesh = 2; --zoom set draws all"),
         (("--zoom", "set", "--torque", "0"), "--torque = 0; --zoom set needs a load"),
-        (("--zoom", "set", "--position", "1.5"), "position = 1.5; allowed 0 to 1"),
+        (("--zoom", "set", "--position", "1.5"), "position = 1.5; must be 0 to 1"),
         (("--zoom", "set", "--turns", "1"), "only films have frames"),
         (("--zoom", "set", "--time-history", "h.csv"), "draws gears at rest"),
     ],

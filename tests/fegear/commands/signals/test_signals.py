@@ -16,7 +16,7 @@ from fegear.studies.trains.sampled_signals import MAX_SAMPLES
 from lumped import Settings
 
 MODEL = fegear.LumpedModel(
-    number=1, stiffness=fegear.StiffnessSource(kind="rectangular")
+    number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
 )
 FINE = Settings(tolerance=1e-10, steps=64)
 
@@ -266,8 +266,8 @@ def test_a_ramp_that_gives_no_signals_is_refused(settings, message):
 @pytest.mark.slow
 def test_signals_of_the_coupled_model_have_the_tooth():
     """At constant speed, and through a ramp."""
-    source = fegear.StiffnessSource(resolution="coarse")
-    model = fegear.LumpedModel(number="coupled", stiffness=source)
+    source = fegear.ExcitationSettings(resolution="coarse")
+    model = fegear.LumpedModel(number="coupled", excitation=source)
     settings = {"model": model, "integration": Settings(), "samples": 64}
     for at in ({"speed": 570.0}, {"speed": (560.0, 580.0), "seconds": 0.25}):
         result = signals(faulty(0, 12, 3.0), turns=2, **settings | at)
@@ -284,8 +284,8 @@ def test_a_ramp_of_hardly_any_rate_has_the_cracked_tooth(number):
     """As at constant speed."""
     cracked = "gear.1.cracks=[{ tooth = 12, depth_mm = 1.5 }]"
     gears = GearSetRef(name="liu-pair", edits=(cracked,))
-    source = fegear.StiffnessSource(resolution="coarse")
-    model = fegear.LumpedModel(number=number, stiffness=source)
+    source = fegear.ExcitationSettings(resolution="coarse")
+    model = fegear.LumpedModel(number=number, excitation=source)
     settings = {"model": model, "integration": Settings(tolerance=1e-8)}
     steady = signals(gears, speed=570.0, turns=2, **settings)
     speed, seconds = (570.0, 570.0001), 2 * 38 / 570.0
@@ -300,7 +300,7 @@ def test_a_ramp_of_hardly_any_rate_has_the_cracked_tooth(number):
 def test_a_broken_tip_is_at_its_own_tooth(gear):
     """A driving tooth leaves contact with its tip, a driven one enters with it."""
     edit = f"gear.{gear}.broken_tips=[{{ tooth = 10, height_mm = 1.2 }}]"
-    source = fegear.StiffnessSource(resolution="coarse")
+    source = fegear.ExcitationSettings(resolution="coarse")
     result = fegear.run(
         fegear.Signals(
             gear_set=GearSetRef(name="liu-pair", edits=(edit,)),
@@ -308,7 +308,7 @@ def test_a_broken_tip_is_at_its_own_tooth(gear):
             gear_name=gear,
             turns=2,
             samples=32,
-            model=fegear.LumpedModel(number=1, stiffness=source),
+            model=fegear.LumpedModel(number=1, excitation=source),
         )
     )
     assert entries(result, "tooth").tolist() == [10] * 3

@@ -17,7 +17,14 @@ from fegear.train import lumped_models
 from lumped.steady.maps import Axis
 
 COMMAND = [
-    *("stability", "liu-idler", "--excitation", "rectangular", "--damping", "0.002"),
+    *(
+        "stability",
+        "liu-idler",
+        "--excitation",
+        "rectangular",
+        "--damping-ratio",
+        "0.002",
+    ),
     *("--over", "friction=0:0.15:4", "--bending", "0.39", "--speeds", "1400:3600:50"),
 ]
 
@@ -167,7 +174,7 @@ def test_too_many_cells_are_refused():
 def test_bending_varies_without_finite_elements():
     arguments = ["stability", "liu-pair", "--over", "friction_bending=0,0.4"]
     arguments += ["--friction", "0.1", "--excitation", "rectangular", "--json"]
-    arguments += ["--damping", "0.01", "--speeds", "5500:6500:100"]
+    arguments += ["--damping-ratio", "0.01", "--speeds", "5500:6500:100"]
     values = json.loads(printed(*arguments))
     first, second = values["columns"]
     assert first["largest_multiplier"] != second["largest_multiplier"]
@@ -178,7 +185,7 @@ def test_sweeps_and_waves_take_friction(tmp_path):
     sweep = ["sweep", *arguments, "--speeds", "2000:2200:100", "--json"]
     summaries = {
         friction: json.loads(printed(*sweep, *friction.split()))
-        for friction in ("", "--friction 0.1", "--friction 0.1 --no-bending")
+        for friction in ("", "--friction 0.1", "--friction 0.1 --bending 0")
     }
     levels = [
         summary["branches"][0]["largest"][0]["dte_rms_m"]

@@ -11,6 +11,7 @@ import pytest
 from drawn_figures import are_drawn, axis_labels, saved_figures
 from ended_runs import interrupted_after
 from typer.testing import CliRunner
+from written_tables import read_sweep
 
 from fegear.cli import app
 from fegear.files.errors import InputError
@@ -21,7 +22,6 @@ from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import lumped_system
 from fegear.train.resonances import default_speeds
 from lumped.steady.response import Status
-from lumped.steady.sweep_table import read_sweep
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 
 FAST = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
@@ -267,7 +267,7 @@ def test_outputs_replace_neither_inputs_nor_each_other(tmp_path):
     gear_set = tmp_path / "own.toml"
     gear_set.write_text(builtin.read_text())
     for output in ("-o", "--spectra"):
-        with pytest.raises(InputError, match="name must end in"):
+        with pytest.raises(InputError, match=r"name must end in"):
             run(gear_set, *FAST[1:], "--speeds", "1600", output, gear_set)
     table = tmp_path / "t.csv"
     run(*FAST, "--speeds", "1600", "-o", table)

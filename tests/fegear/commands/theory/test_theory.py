@@ -13,7 +13,9 @@ import fegear
 from fegear.cli import run
 from fegear.commands.theory.figure import response_points
 
-RECTANGULAR = fegear.LumpedModel(stiffness=fegear.StiffnessSource(kind="rectangular"))
+RECTANGULAR = fegear.LumpedModel(
+    excitation=fegear.ExcitationSettings(kind="rectangular")
+)
 
 
 def predicted(gear_set, model=RECTANGULAR):
@@ -168,7 +170,9 @@ def test_what_has_no_closed_form_is_refused():
 
 def test_best_relief_is_that_of_teeth_without_relief_and_says_what_it_is():
     """Whatever reliefs the gear set has, by finite elements of its plain teeth."""
-    model = fegear.LumpedModel(stiffness=fegear.StiffnessSource(resolution="coarse"))
+    model = fegear.LumpedModel(
+        excitation=fegear.ExcitationSettings(resolution="coarse")
+    )
     relief = {"magnitude_um": 15.0, "length_pitches": 0.3}
     gears = fegear.load_gear_set("liu-pair")
     relieved = fegear.load_gear_set(

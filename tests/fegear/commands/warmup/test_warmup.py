@@ -16,7 +16,7 @@ import pytest
 
 from fegear.cli import run
 from fegear.commands.warmup import study as warmup
-from fegear.commands.warmup.study import DECORATED, USES, kernel_folders
+from fegear.commands.warmup.study import COMPILED_DECORATOR, USES, kernel_folders
 from lumped.common.compiled import CACHE_SUFFIX
 
 # compiled inside others alone, by the record that these are called with
@@ -77,7 +77,7 @@ bifurcations liu-pair --over damping_ratio=0.03,0.04 --at 1000
 
 def functions() -> set[str]:
     """Compiled functions of the sources, by module and name."""
-    names = re.compile(f"{DECORATED.pattern}\n+def (\\w+)", re.M)
+    names = re.compile(f"{COMPILED_DECORATOR.pattern}\n+def (\\w+)", re.M)
     paths = [path for folder in kernel_folders() for path in folder.glob("*.py")]
     return {
         f"{path.stem}.{match[2]}"

@@ -357,7 +357,7 @@ def test_warnings_name_large_steps_and_deep_wear():
             {"cycles": 5e9, "steps": 6},
             r"^cycles = 5000000000; flanks are worn too",
         ),
-        ({"elements": StaticsSettings(positions=4)}, "^positions = 4; allowed 8 or"),
+        ({"elements": StaticsSettings(positions=4)}, "^positions = 4; must be 8 or"),
         ({"elements": StaticsSettings(positions=900)}, "makes 1358 points of a flank"),
         ({"gear_set": "planetary-24-36-96"}, "planetary sets; wear is that of gears"),
     ],

@@ -1,0 +1,516 @@
+"""Solve the contact over the face width: a normal force for each slice in contact."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.contact.face import FaceContact, FaceLoads
+from fegear.contact.face_compliance import TINY, FaceCompliance, LineParts
+from fegear.contact.kernel_constants import kernel_inputs
+from fegear.contact.patches import MIN_ROLL
+from fegear.contact.problem import ContactCycle, ContactFailure, ContactProblem
+from lumped.common.array_types import Array, Indices
+from lumped.common.workers import require_running
+
+FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
+MAX_STEPS = 60
+MIN_PART = 1e-6  # of half a slice that is cut off at an end of the path
+PATH_MARGIN = 0.02  # base pitches from the ends of the path, as edges reach
+SIZE_STEP = 1e-3  # of a contact, for the slope by its size
+LOAD_RTOL = 1e-10  # change of loads over the largest, at which they are solved
+FLOOR = 1e-9  # of a slice's load over the mean, for the size of its contact
+LIMIT_GROWTH = 1.5
+Touches = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class LinesOfContact:
+    """Parts (p,) of the lines of contact of all pairs at one position.
+
+    A slice of the width has one part, or two where its line leaves the path.
+
+    parts : their places and shapes
+    slices : slice of the width that each is of
+    gap : transmission error that closes them [m], infinite where no flank is opposite
+    closing : normal approach per transmission error
+    arm, driven_arm : torque per normal force about driver and driven centre [m]
+    on_path : whether flanks touch there, away from the ends of the path
+    """
+
+    parts: LineParts
+    slices: Indices
+    gap: Array
+    closing: Array
+    arm: Array
+    driven_arm: Array
+    on_path: Touches
+
+
+@dataclass(frozen=True, eq=False)
+class FaceSolver:
+    """Contact over the face width of a problem, at one position after another."""
+
+    problem: ContactProblem
+    face: FaceContact
+
+    @cached_property
+    def compliance(self) -> FaceCompliance:
+        pair = self.problem.pair
+        return FaceCompliance(self.face, (pair.driver, pair.driven))
+
+    @cached_property
+    def _kernel(self) -> tuple[np.record, np.recarray]:
+        return kernel_inputs(self.problem)[:2]
+
+    def rolls(self, teeth: Indices, position: float) -> tuple[Array, float]:
+        """The driver's roll lengths (k,) of pairs in the middle of the width [m].
+
+        And what they lose per length of the axis: the teeth turn with the helix, and
+        the path is passed sooner or later.
+        """
+        pair = self.problem.pair
+        middle = np.asarray(
+            pair.pitch_point + pair.base_pitch * (position + teeth), float
+        )
+        return middle, pair.driver.base_radius * self.face.driver.kernel.twist
+
+    def lines(self, teeth: Indices, position: float, gaps: Array) -> LinesOfContact:
+        """Parts of the lines of pairs (k,) with extra gaps (k,) [m] at a position."""
+        from fegear.contact.compliance import PATCH
+        from fegear.contact.flanks import NO_FLANK_GAP
+        from fegear.contact.slice_places import place_slices
+
+        pair, face = self.problem.pair, self.face
+        middle, slope = self.rolls(teeth, position)
+        index, slices, low, high = self._parts_of_slices(middle, slope)
+        place = 0.5 * (low + high)
+        rolls = middle[index] - slope * place
+        patches = np.zeros(rolls.size, PATCH).view(np.recarray)
+        patches.extra_gap = gaps[index] + face.gap_at(place)
+        place_slices(*self._kernel, patches, rolls)
+        friction = self.problem.friction * patches.sliding_sign
+        arms, is_driver = patches.moment_arms.T, (patches.master == 0)[:, None]
+        nearer = np.stack([patches.arc, patches.mate_arc], axis=1)
+        cosine = self.compliance.helix_cosine
+        least = MIN_ROLL * abs(pair.line_of_action)
+        one = np.maximum(rolls, least)
+        two = np.maximum(pair.line_of_action - rolls, least)
+        parts = LineParts(
+            pair=index,
+            place=place,
+            length=(high - low) / cosine,
+            arcs=np.where(is_driver, nearer, nearer[:, ::-1]),
+            radius=one * two / (one + two) / cosine,
+            angle=np.abs(patches.tilt[:, 1]),
+        )
+        is_there = patches.closing_ste < NO_FLANK_GAP
+        margin = PATH_MARGIN * pair.base_pitch
+        return LinesOfContact(
+            parts=parts,
+            slices=slices,
+            gap=np.where(is_there, patches.closing_ste, np.inf),
+            closing=cosine * arms[0] / pair.driver.base_radius,
+            arm=cosine * arms[0] - friction * arms[2],
+            driven_arm=cosine * arms[1] - friction * arms[3],
+            on_path=(rolls > pair.path_start + margin)
+            & (rolls < pair.path_end - margin),
+        )
+
+    def _parts_of_slices(
+        self, middle: Array, slope: float
+    ) -> tuple[Indices, Indices, Array, Array]:
+        """Pair, slice and ends [m] of the parts of all slices of pairs (k,).
+
+        A slice in which a line leaves the path is cut there, so that the part on the
+        path grows steadily with the position.
+        """
+        pair, face = self.problem.pair, self.face
+        half = 0.5 * face.width / face.slices
+        low = np.broadcast_to(face.places - half, (middle.size, face.slices)).ravel()
+        high = low + 2.0 * half
+        index = np.repeat(np.arange(middle.size), face.slices)
+        slices = np.tile(np.arange(face.slices), middle.size)
+        for end in (pair.path_start, pair.path_end) if slope else ():
+            cut = (middle[index] - end) / slope
+            margin = MIN_PART * half
+            inside = np.flatnonzero((cut > low + margin) & (cut < high - margin))
+            index = np.concatenate([index, index[inside]])
+            slices = np.concatenate([slices, slices[inside]])
+            low = np.concatenate([low, cut[inside]])
+            high = np.concatenate([high, high[inside]])
+            high[inside] = cut[inside]
+        return index, slices, low, high
+
+    def contact_size(self, torque: float, lines: LinesOfContact) -> float:
+        """x of contacts in `FaceCompliance` at a torque on the driver [m].
+
+        That at the pitch point under the mean load of all lines on the path: what
+        larger loads change is in a part's own share.
+        """
+        pair, cosine = self.problem.pair, self.compliance.helix_cosine
+        length = float(lines.parts.length[lines.on_path].sum())
+        one, two = pair.pitch_point, pair.line_of_action - pair.pitch_point
+        line = LineParts(
+            pair=np.zeros(1, np.int64),
+            place=np.zeros(1),
+            length=np.array([length or self.face.width / cosine]),
+            arcs=np.zeros((1, 2)),
+            radius=np.array([one * two / (one + two) / cosine]),
+            angle=np.zeros(1),
+        )
+        load = np.array([torque / (cosine * pair.driver.base_radius)])
+        return float(self.compliance.contact_size(load, line)[0][0])
+
+    def candidates(self, lines: LinesOfContact, teeth: Indices, limit: float) -> Slices:
+        """Parts that close below a transmission error [m], with their compliance."""
+        index = np.flatnonzero(lines.gap < limit)
+        parts = lines.parts.chosen(index)
+        smooth = self.compliance.between(teeth, parts)
+        return Slices(self.compliance, lines, smooth, index, parts)
+
+
+@dataclass(frozen=True, eq=False)
+class Slices:
+    """Parts (s,) of lines that may be in contact at one position.
+
+    smooth : their compliance without what is near a force [m/N]
+    index : of each among all parts of the lines
+    """
+
+    compliance: FaceCompliance
+    lines: LinesOfContact
+    smooth: Array
+    index: Indices
+    parts: LineParts
+
+    @cached_property
+    def gap(self) -> Array:
+        return self.lines.gap[self.index]
+
+    @cached_property
+    def closing(self) -> Array:
+        return self.lines.closing[self.index]
+
+    @cached_property
+    def arm(self) -> Array:
+        return self.lines.arm[self.index]
+
+    def spread(self, values: Array) -> Array:
+        """Values (s,) at their places among all parts, others 0."""
+        result = np.zeros(self.lines.gap.size)
+        result[self.index] = values
+        return result
+
+    def solve(
+        self, torque: float, size: float, start: Array | None = None
+    ) -> SliceLoads:
+        """Normal forces at a torque on the driver [N m].
+
+        size : of contacts at the torque, as in `FaceCompliance.near` [m]
+        start : (s,) forces to begin with [N], such as those at another torque
+
+        Complementarity with Newton's method: a slice's own contact softens as the
+        logarithm of its load. All violated slices are exchanged together, and should
+        that cycle, the first of them alone (Murty 1974).
+        """
+        load = np.zeros(self.gap.size) if start is None else start.copy()
+        touches = load > 0.0
+        if not touches.any():
+            touches = self.gap <= np.sort(self.gap)[: 1 + self.gap.size // 2].max()
+            load = np.where(touches, torque / self.arm[touches].sum(), 0.0)
+        load *= torque / (self.arm @ load)
+        change, matrix = math.inf, self.smooth + self.compliance.near(self.parts, size)
+        for step in range(MAX_STEPS):
+            solved = self._newton(matrix, torque, size, load, touches)
+            change = float(np.abs(solved.load - load).max() / np.abs(solved.load).max())
+            load = np.maximum(solved.load, 0.0)
+            violated = self._violated(matrix, solved, touches)
+            if not violated.any() and change < LOAD_RTOL:
+                return self._with_growing_contacts(solved, torque, size, touches)
+            if step > MAX_STEPS // 2 and violated.any():
+                first = int(np.flatnonzero(violated)[0])
+                violated = np.arange(violated.size) == first
+            touches = touches ^ violated
+        raise ContactFailure(
+            f"contact over the face width not solved at torque {torque:g} N m: loads "
+            f"change by {change:.2g} of the largest after {MAX_STEPS} steps"
+        )
+
+    def _newton(
+        self, matrix: Array, torque: float, size: float, load: Array, touches: Touches
+    ) -> SliceLoads:
+        """Forces of the slices that touch, with their own contact linearised."""
+        closing, arm = self.closing[touches], self.arm[touches]
+        parts = self.parts.chosen(touches)
+        mean = torque / arm.sum()
+        at = np.maximum(load[touches], FLOOR * mean)
+        approach, slope = self.compliance.own_contact(at, parts, size)
+        tangent = matrix[np.ix_(touches, touches)] + np.diag(slope)
+        fixed = -closing * self.gap[touches] - (approach - slope * at)
+        rate, offset = np.linalg.solve(tangent, np.stack([closing, fixed], axis=1)).T
+        ste = (torque - arm @ offset) / (arm @ rate)
+        loads, rates = np.zeros((2, self.gap.size))
+        loads[touches], rates[touches] = ste * rate + offset, rate
+        by_ste = float(arm @ rate)
+        return SliceLoads(float(ste), loads, rates, by_ste, size, matrix, tangent)
+
+    def _with_growing_contacts(
+        self, solved: SliceLoads, torque: float, size: float, touches: Touches
+    ) -> SliceLoads:
+        """The slopes with contacts that grow with the root of the torque."""
+        step, load = SIZE_STEP * size, np.maximum(solved.load, TINY)
+
+        def approach(changed: float) -> Array:
+            of_own, _ = self.compliance.own_contact(load, self.parts, changed)
+            return self.compliance.near(self.parts, changed) @ solved.load + of_own
+
+        grown = (approach(size + step) - approach(size - step)) / (2.0 * step)
+        stiffer = grown[touches] * size / (2.0 * torque)
+        by_torque = np.zeros(self.gap.size)
+        by_torque[touches] = np.linalg.solve(solved.tangent, stiffer)
+        slope = solved.torque_slope / (1.0 + self.arm @ by_torque)
+        rate = solved.rate - by_torque * slope
+        residual = self._residual(solved, size, touches)
+        return replace(solved, rate=rate, torque_slope=float(slope), residual=residual)
+
+    def _residual(self, solved: SliceLoads, size: float, touches: Touches) -> float:
+        """Largest gap or overlap of what touches, and overlap of what does not.
+
+        Over the transmission error; with each part's own contact under its own load.
+        """
+        approach, _ = self.compliance.own_contact(
+            np.maximum(solved.load, TINY), self.parts, size
+        )
+        yielded = solved.matrix @ solved.load + np.where(touches, approach, 0.0)
+        opening = yielded - self.closing * (solved.ste - self.gap)
+        violation = np.where(touches, np.abs(opening), np.maximum(-opening, 0.0))
+        return float(violation.max() / abs(solved.ste))
+
+    def _violated(self, matrix: Array, solved: SliceLoads, touches: Touches) -> Touches:
+        """Slices that pull, and open ones that overlap."""
+        opening = self.closing * (self.gap - solved.ste) + matrix @ solved.load
+        roundoff = 1e-12 * abs(solved.ste)
+        return np.asarray(np.where(touches, solved.load < 0.0, opening < -roundoff))
+
+
+@dataclass(frozen=True, eq=False)
+class SliceLoads:
+    """Forces of slices (s,) at a torque.
+
+    ste : transmission error [m]
+    load : (s,) normal forces [N]; rate : (s,) their slope over ste [N/m]
+    torque_slope : of the torque over ste [N]
+    size : of contacts, as in `FaceCompliance.near` [m]
+    matrix : compliance of slices but for their own contact [m/N]
+    tangent : with its slope, of the slices in contact
+    residual : of the complementarity problem, relative
+    """
+
+    ste: float
+    load: Array
+    rate: Array
+    torque_slope: float
+    size: float
+    matrix: Array
+    tangent: Array
+    residual: float = math.nan
+
+
+def solve_face(
+    problem: ContactProblem,
+    face: FaceContact,
+    torques: Array,
+    positions: Array,
+    gaps: Array,
+    teeth: Indices,
+) -> ContactCycle:
+    """Contact at positive torques (t,) [N m] and positions (n,) of a cycle.
+
+    gaps : (n, k) extra gap of each pair; teeth : (k,) base pitches ahead
+    """
+    solver, pair = FaceSolver(problem, face), problem.pair
+    shape = torques.size, positions.size, teeth.size
+    cosine = solver.compliance.helix_cosine
+    out = _Results.empty(shape, face.slices, face.width / face.slices / cosine)
+    softness = sum(1.0 / flank.kernel.modulus for flank in face.flanks)
+    order = np.argsort(-torques)
+    for n, position in enumerate(positions):
+        require_running()
+        lines = solver.lines(teeth, float(position), gaps[n])
+        middle, slope = solver.rolls(teeth, float(position))
+        rolls = middle[:, None] - slope * face.places
+        out.path_position[n] = (rolls - pair.pitch_point) / pair.base_pitch
+        no_load = float(lines.gap.min())
+        if not math.isfinite(no_load):
+            raise ContactFailure(f"no flanks face each other at position {position:g}")
+        per_width = torques.max() / problem.pair.driver.base_radius / face.width
+        limit = no_load + FIRST_GUESS * per_width * softness
+        start = None
+        slices = solver.candidates(lines, teeth, limit)
+        for t in order:
+            torque = float(torques[t])
+            size = solver.contact_size(torque, lines)
+            solved = slices.solve(torque, size, start)
+            while solved.ste > limit:
+                limit *= LIMIT_GROWTH
+                slices = solver.candidates(lines, teeth, limit)
+                solved = slices.solve(torque, size)
+            start = np.maximum(solved.load, 0.0)
+            out.store(int(t), n, slices, solved, no_load)
+    return out.cycle(problem, face, torques, positions, teeth, cosine)
+
+
+@dataclass(frozen=True, eq=False)
+class _Results:
+    """Arrays of a cycle to be filled."""
+
+    ste: Array
+    no_load: Array
+    slope: Array
+    residual: Array
+    load: Array
+    rate: Array
+    gap: Array
+    bending: Array
+    slice_length: float
+    arc: Array
+    closing: Array
+    driven: Array
+    line_load: Array
+    pressure: Array
+    coupling: Array
+    path_position: Array
+    on_path: Touches
+
+    @classmethod
+    def empty(
+        cls, shape: tuple[int, int, int], slices: int, slice_length: float
+    ) -> _Results:
+        rows, cells = shape[:2], shape
+        return cls(
+            ste=np.zeros(rows),
+            no_load=np.zeros(rows),
+            slope=np.zeros(rows),
+            residual=np.zeros(rows),
+            load=np.zeros(cells),
+            rate=np.zeros(cells),
+            gap=np.full(cells, np.inf),
+            bending=np.full(cells, np.nan),
+            slice_length=slice_length,
+            arc=np.zeros((*cells, 2)),
+            closing=np.ones(cells),
+            driven=np.zeros(rows),
+            line_load=np.zeros((*shape, slices)),
+            pressure=np.zeros((*shape, slices)),
+            coupling=np.zeros((*shape, shape[2])),
+            path_position=np.zeros((*shape[1:], slices)),
+            on_path=np.zeros((*shape[1:], slices), bool),
+        )
+
+    def store(
+        self,
+        t: int,
+        n: int,
+        slices: Slices,
+        solved: SliceLoads,
+        no_load: float,
+    ) -> None:
+        lines, at = slices.lines, (t, n)
+        parts = lines.parts
+        count, m = self.line_load.shape[2:]
+        force, rate = slices.spread(solved.load), slices.spread(solved.rate)
+
+        def by_pair(values: Array) -> Array:
+            return np.bincount(parts.pair, values, count).astype(float)
+
+        self.ste[at], self.no_load[at] = solved.ste, no_load
+        self.slope[at], self.residual[at] = solved.torque_slope, solved.residual
+        self.load[at], self.rate[at] = by_pair(force), by_pair(rate)
+        np.minimum.at(self.gap[at], parts.pair, lines.gap)
+        carries = self.load[at] > 0.0
+        # of a pair without load that of the part that closes first
+        first = np.zeros(force.size)
+        order = np.argsort(-lines.gap, kind="stable")
+        last_of_pair = np.zeros(count, np.int64)
+        last_of_pair[parts.pair[order]] = order
+        first[last_of_pair] = 1.0
+        total = np.where(carries, self.load[at], 1.0)[parts.pair]
+        weight = np.where(carries[parts.pair], force / total, first)
+        for gear in range(2):
+            self.arc[(*at, slice(None), gear)] = by_pair(weight * parts.arcs[:, gear])
+        self.closing[at] = by_pair(weight * lines.closing)
+        self.driven[at] = force @ lines.driven_arm
+        self.bending[at] = _friction_bending(slices, solved, carries)
+        width = self.slice_length
+        np.add.at(self.line_load[at], (parts.pair, lines.slices), force / width)
+        chosen = np.zeros((count, slices.index.size))
+        chosen[slices.parts.pair, np.arange(slices.index.size)] = weight[slices.index]
+        self.coupling[at] = chosen @ slices.smooth @ chosen.T
+        pressure = slices.compliance.pressure(force, parts)
+        np.maximum.at(self.pressure[at], (parts.pair, lines.slices), pressure)
+        on_path = np.zeros((count, m), bool)
+        np.logical_or.at(on_path, (parts.pair, lines.slices), ~lines.on_path)
+        self.on_path[n] = ~on_path
+
+    def cycle(
+        self,
+        problem: ContactProblem,
+        face: FaceContact,
+        torques: Array,
+        positions: Array,
+        teeth: Indices,
+        cosine: float,
+    ) -> ContactCycle:
+        base_radius = problem.pair.driver.base_radius
+        none = self.slope[:, :0, None, None]
+        others = 1.0 - np.eye(teeth.size)
+        coupling = self.coupling * others / cosine**2
+        return ContactCycle(
+            torque=torques,
+            position=positions,
+            teeth=teeth,
+            base_radius=base_radius,
+            ste=self.ste,
+            no_load=self.no_load,
+            local_stiffness=self.slope / base_radius,
+            load=cosine * self.load,
+            load_slope=cosine * self.rate,
+            relief_slope=none[..., None],
+            profile_slope=none,
+            gap=self.gap,
+            pressure=self.pressure.max(axis=3),
+            friction_bending=self.bending,
+            arc=self.arc,
+            turn=np.zeros_like(self.arc),
+            closing=self.closing / cosine,
+            driven_torque=self.driven,
+            residual=self.residual,
+            face=FaceLoads(
+                place=face.places,
+                base_helix_angle=face.driver.kernel.base_helix_angle,
+                path_position=self.path_position,
+                on_path=self.on_path,
+                load=self.line_load,
+                pressure=self.pressure,
+                coupling=coupling,
+            ),
+        )
+
+
+def _friction_bending(slices: Slices, solved: SliceLoads, carries: Touches) -> Array:
+    """Deflection of pairs (k,) toward the roots over that along the normal, negated."""
+    compliance, load, parts = slices.compliance, solved.load, slices.parts
+    approach, _ = compliance.own_contact(np.maximum(load, TINY), parts, solved.size)
+    of_line = np.where(parts.is_same_line, solved.matrix, 0.0)
+    normal = load * (of_line @ load + approach)
+    tangential = load * (compliance.rootward(parts) @ load)
+    toward_root, along_normal = (
+        np.bincount(parts.pair, values, carries.size) for values in (tangential, normal)
+    )
+    safe = np.where(carries, along_normal, 1.0)
+    return np.where(carries, -toward_root / safe, np.nan)

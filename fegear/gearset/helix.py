@@ -1,0 +1,66 @@
+"""Hands of the helices of a gear set's gears."""
+
+from __future__ import annotations
+
+from fegear.files.errors import InputError
+from fegear.gearset.schema import Document, Hand
+
+SIGNS: dict[Hand, int] = {"right": 1, "left": -1}
+
+
+def hands(document: Document) -> list[int]:
+    """1 for each gear with a right-handed helix, -1 for a left-handed one.
+
+    Gears in mesh have opposite hands. Where none is given, that of the first gear that
+    is linked by meshes is right.
+
+    Raises InputError where helices of two gears in mesh do not fit.
+    """
+    gears = {gear.name: gear for gear in document.gear}
+    signs = {name: SIGNS[gear.hand] for name, gear in gears.items() if gear.hand}
+    for name in gears:
+        if name not in signs and not _linked(document, name) & signs.keys():
+            signs[name] = 1
+        _follow(document, signs)
+    for mesh in document.mesh:
+        one, two = gears.get(mesh.driver), gears.get(mesh.driven)
+        if one is None or two is None:
+            continue  # refused with the names
+        if one.helix_angle_deg != two.helix_angle_deg:
+            raise InputError(
+                f"{mesh.label}: helix_angle_deg = {two.helix_angle_deg:g} of gear "
+                f'"{two.name}"; must be {one.helix_angle_deg:g}, that of its mate '
+                f'"{one.name}"'
+            )
+        if one.helix_angle_deg and signs[one.name] == signs[two.name]:
+            hand = "right" if signs[two.name] > 0 else "left"
+            other = "left" if signs[two.name] > 0 else "right"
+            raise InputError(
+                f'{mesh.label}: hand = "{hand}" of gear "{two.name}"; must be '
+                f'"{other}", as its mate "{one.name}" is {hand}-handed'
+            )
+    return [signs[name] for name in gears]
+
+
+def _linked(document: Document, name: str) -> set[str]:
+    """Gears that a gear is linked to by meshes, itself included."""
+    linked, waiting = set[str](), [name]
+    while waiting:
+        gear = waiting.pop()
+        if gear in linked:
+            continue
+        linked.add(gear)
+        for mesh in document.mesh:
+            if gear in (mesh.driver, mesh.driven):
+                waiting += [mesh.driver, mesh.driven]
+    return linked
+
+
+def _follow(document: Document, signs: dict[str, int]) -> None:
+    """Give gears the hand opposite to that of a mate whose hand is known."""
+    for _ in document.gear:
+        for mesh in document.mesh:
+            pair = mesh.driver, mesh.driven
+            for one, two in (pair, pair[::-1]):
+                if one in signs and two not in signs:
+                    signs[two] = -signs[one]

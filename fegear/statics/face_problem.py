@@ -1,0 +1,88 @@
+"""The contact problem of a mesh whose loads vary over the face width."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from fegear.contact.face import FaceContact, slice_places
+from fegear.contact.problem import ContactFlank, ContactProblem
+from fegear.elasticity.cache import cached_flank_compliance, cached_wide_flank
+from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
+from fegear.files.errors import InputError
+from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import mesh_errors
+from fegear.gearset.schema import mesh_label
+from fegear.statics.settings import Resolution, StaticsSettings
+from lumped.common.progress import Progress
+
+
+def face_problem(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    resolution: Resolution,
+    report: Progress,
+) -> ContactProblem:
+    """The contact problem, with the compliance of both gears over their widths.
+
+    Raises InputError for what is not known of such meshes.
+    """
+    _require_known(gear_set, mesh, settings)
+    spec, size = gear_set.meshes[mesh], resolution.size
+    materials, flanks, wide = [], [], []
+    width, middles = gear_set.common_width(mesh), gear_set.width_middles(mesh)
+    places = slice_places(width, resolution.slices)
+    gap = np.zeros(resolution.slices)
+    for i, index in enumerate(spec.gears):
+        gear, modifications = gear_set.gears[index], spec.flanks[i]
+        report(f"compliance of {gear.name}", i, 2)
+        constants = gear.young_modulus, gear.poisson_ratio
+        material = PlaneMaterial(*constants, "width", gear.face_width)
+        materials.append(material)
+        wide.append(cached_wide_flank(gear.geometry, material, size))
+        if modifications.lead is not None:
+            gap += modifications.lead.depth(places + middles[i], gear.face_width)
+        section = cached_flank_compliance(gear.geometry, material.section, size)
+        flanks.append(
+            ContactFlank(
+                compliance=section,
+                tip_relief=modifications.tip_relief,
+                root_relief=modifications.root_relief,
+                profile=modifications.profile,
+                lead=modifications.lead,
+                pitch_errors=mesh_errors(gear_set, mesh)[i],
+            )
+        )
+    report("compliance", 2, 2)
+    return ContactProblem(
+        pair=spec.pair,
+        driver=flanks[0],
+        driven=flanks[1],
+        face_width=width,
+        friction=settings.friction,
+        corner_contact=settings.corner_contact,
+        nodes=resolution.nodes,
+        face=FaceContact(
+            driver=wide[0], driven=wide[1], width=width, gap=gap, offsets=middles
+        ),
+        plane_stress_pressure=pressure_in_plane(materials[0], materials[1], "stress"),
+        plane_strain_pressure=pressure_in_plane(materials[0], materials[1], "strain"),
+    )
+
+
+def _require_known(gear_set: GearSet, mesh: int, settings: StaticsSettings) -> None:
+    spec = gear_set.meshes[mesh]
+    gears = [gear_set.gears[index] for index in spec.gears]
+    where = mesh_label(*(gear.name for gear in gears))
+    has = "helical gears" if spec.is_helical else "loads that vary over the face width"
+    if settings.plane_of(gear_set) != "width":
+        raise InputError(
+            f"{where}: plane = {settings.plane_of(gear_set)}; must be width, it has "
+            f"{has}"
+        )
+    if settings.body != "held":
+        raise InputError(f"{where}: body = {settings.body}; must be held, it has {has}")
+    if any(gear.faults.any for gear in gears):
+        raise InputError(f"{where}: faults are not known of {has}")
+    if any(gear.geometry.sign < 0 for gear in gears):
+        raise InputError(f"{where}: internal gears are not known with {has}")

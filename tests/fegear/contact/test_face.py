@@ -1,0 +1,214 @@
+"""Contact over the face width: slices against patches, balance, mirrors, slopes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from conftest import make_gear, make_helical
+
+from fegear.contact.face import FaceContact, slice_places
+from fegear.contact.problem import ContactFlank, ContactProblem
+from fegear.contact.solve import back_side_position, solve_cycle
+from fegear.elasticity.cache import cached_flank_compliance
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.wide_flank import wide_flank, width_modes
+from meshes import GearPair, MeshSize
+
+STEEL = PlaneMaterial(206e9, 0.3, "strain")
+COARSE = MeshSize().refined(0.5)
+WIDTH, TORQUE = 20e-3, 100.0
+DEGREE, MESH = 4, MeshSize().refined(0.25)  # coarse
+TEETH, HUBS = (25, 36), (15e-3, 20e-3)
+
+
+@cache
+def gears(helix_angle_deg):
+    if helix_angle_deg == 0.0:
+        return tuple(map(make_gear, TEETH, HUBS))
+    return tuple(
+        make_helical(z, hub, sign * helix_angle_deg)
+        for z, hub, sign in zip(TEETH, HUBS, (1, -1), strict=True)
+    )
+
+
+@cache
+def wide_flanks(helix_angle_deg):
+    material = replace(STEEL, plane="width", width=WIDTH)
+    return tuple(
+        wide_flank(
+            gear,
+            cached_flank_compliance(gear, STEEL, COARSE),
+            width_modes(gear, material, DEGREE, MESH),
+            WIDTH,
+        )
+        for gear in gears(helix_angle_deg)
+    )
+
+
+def problem(helix_angle_deg=0.0, gap=None, slices=16, width=WIDTH, **changes):
+    pair = gears(helix_angle_deg)
+    distance = sum(gear.reference_radius for gear in pair)
+    flanks = [
+        ContactFlank(compliance=cached_flank_compliance(gear, STEEL, COARSE))
+        for gear in pair
+    ]
+    wide = wide_flanks(helix_angle_deg)
+    gap = np.zeros(slices) if gap is None else gap(slice_places(width, slices))
+    face = FaceContact(driver=wide[0], driven=wide[1], width=width, gap=gap)
+    return ContactProblem(
+        pair=GearPair(*pair, distance),
+        driver=flanks[0],
+        driven=flanks[1],
+        face_width=width,
+        face=face,
+        **changes,
+    )
+
+
+def slope(depth):
+    return lambda z: depth * (0.5 + z / WIDTH)
+
+
+POSITIONS = np.arange(12) / 12.0
+
+
+def test_equal_loads_are_those_of_patches():
+    """Of teeth of their width under uniform loads, but where a corner touches."""
+    material = replace(STEEL, plane="width", width=WIDTH)
+    sliced = problem(slices=24)
+    driver, driven = (
+        ContactFlank(compliance=cached_flank_compliance(gear, material, COARSE))
+        for gear in gears(0.0)
+    )
+    uniform = replace(sliced, face=None, driver=driver, driven=driven)
+    one = solve_cycle(sliced, [TORQUE], POSITIONS)
+    two = solve_cycle(uniform, [TORQUE], POSITIONS)
+    apart = np.abs(one.ste / two.ste - 1.0)[0]
+    assert np.sort(apart)[-3] < 4e-3
+    assert apart.max() < 2e-2
+    share = np.abs(one.friction_bending[0, 3, 0] / two.friction_bending[0, 3, 0] - 1)
+    assert share < 0.03
+
+
+@pytest.mark.parametrize("helix_angle_deg", [0.0, 18.0])
+def test_torques_balance(helix_angle_deg):
+    cycle = solve_cycle(problem(helix_angle_deg, slope(10e-6)), [TORQUE], POSITIONS)
+    base = cycle.base_radius
+    moment = (cycle.load * cycle.closing).sum(axis=2) * base
+    assert moment[0] == pytest.approx(TORQUE, rel=1e-9)
+    length = (
+        WIDTH / 16 / math.cos(problem(helix_angle_deg).pair.driver.base_helix_angle)
+    )
+    total = cycle.face.load.sum(axis=3) * length
+    cosine = math.cos(problem(helix_angle_deg).pair.driver.base_helix_angle)
+    assert cosine * total == pytest.approx(cycle.load, rel=1e-9)
+    inside = np.abs(cycle.closing - 1.0).max(axis=2) < 1e-12
+    ratio = TEETH[1] / TEETH[0]
+    assert cycle.driven_torque[inside] == pytest.approx(ratio * TORQUE, rel=1e-9)
+
+
+@pytest.mark.parametrize("helix_angle_deg", [0.0, 18.0])
+def test_local_stiffness_is_the_slope(helix_angle_deg):
+    step = 1e-4 * TORQUE
+    cycle = solve_cycle(
+        problem(helix_angle_deg, slope(5e-6)),
+        [TORQUE, TORQUE - step, TORQUE + step],
+        POSITIONS,
+    )
+    by_difference = 2.0 * step / cycle.base_radius / (cycle.ste[2] - cycle.ste[1])
+    apart = np.abs(cycle.local_stiffness[0] / by_difference - 1.0)
+    assert np.median(apart) < 1e-5  # slices come into contact at some
+    assert apart.max() < 3e-2
+    loads = (cycle.load[2] - cycle.load[1]) / (cycle.ste[2] - cycle.ste[1])[:, None]
+    most = np.abs(loads).max()
+    assert np.median(np.abs(cycle.load_slope[0] - loads)) < 1e-5 * most
+
+
+def test_the_other_hand_mirrors_the_loads():
+    one = solve_cycle(problem(18.0, slope(8e-6)), [TORQUE], POSITIONS)
+    sliced = problem(18.0)
+    twin = replace(
+        sliced.face.mirrored, gap=slope(8e-6)(sliced.face.places)[::-1].copy()
+    )
+    other = replace(sliced, face=twin)
+    two = solve_cycle(other, [TORQUE], POSITIONS)
+    assert two.ste == pytest.approx(one.ste, rel=1e-9)
+    most = one.face.load.max()
+    assert np.abs(two.face.load - one.face.load[..., ::-1]).max() < 1e-7 * most
+
+
+def test_back_flanks_carry_as_drive_flanks_in_a_mirror():
+    gears = problem(18.0)
+    back = solve_cycle(gears, [-TORQUE], POSITIONS)
+    drive = solve_cycle(gears, [TORQUE], back_side_position(gears.pair, POSITIONS))
+    backlash = gears.pair.backlash
+    assert -(back.ste + backlash) == pytest.approx(drive.ste, rel=1e-9)
+    assert (back.load <= 0.0).all()
+    assert back.stiffness == pytest.approx(drive.stiffness, rel=1e-9)
+
+
+def test_pairs_that_are_joined_later_keep_their_places():
+    gears = problem(18.0)
+    whole = solve_cycle(gears, [TORQUE], POSITIONS)
+    first = solve_cycle(gears, [TORQUE], POSITIONS[:2])
+    columns = np.array([whole.teeth.tolist().index(k) for k in first.teeth])
+    joined = first.face.among(columns, whole.teeth)
+    assert joined.path_position == pytest.approx(whole.face.path_position[:2])
+    most = whole.face.load.max()
+    assert np.abs(joined.load - whole.face.load[:, :2]).max() < 1e-9 * most
+    # without first.teeth being all of them, the test shows nothing
+    assert first.teeth.size < whole.teeth.size
+
+
+def test_a_small_helix_is_none():
+    one = solve_cycle(problem(0.0), [TORQUE], POSITIONS)
+    two = solve_cycle(problem(0.01), [TORQUE], POSITIONS)
+    assert two.ste == pytest.approx(one.ste, rel=2e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nothing_pulls_and_nothing_overlaps(seed):
+    chance = np.random.default_rng(seed)
+    gap = chance.uniform(0.0, 30e-6, 16)
+    helix = (0.0, 18.0)[seed % 2]
+    sliced = problem(helix, lambda z: gap)
+    cycle = solve_cycle(sliced, chance.uniform(5.0, 400.0, 3), POSITIONS[:5])
+    assert (cycle.face.load >= 0.0).all()
+    assert cycle.residual.max() < 1e-9
+    touches = (cycle.face.load > 0.0).any(axis=2)
+    # slices with the least material missing carry load before those with the most
+    assert touches[..., gap.argmin()].all()
+    assert cycle.ste[np.argsort(cycle.torque)] == pytest.approx(
+        np.sort(cycle.ste, axis=0)
+    )
+
+
+def test_misalignment_loads_an_end_and_crowning_the_middle():
+    even = solve_cycle(problem(), [TORQUE], [0.0]).face.load[0, 0, 0]
+    tilted = solve_cycle(problem(gap=slope(20e-6)), [TORQUE], [0.0]).face.load[0, 0, 0]
+    round_gap = problem(gap=lambda z: 15e-6 * (2.0 * z / WIDTH) ** 2)
+    crowned = solve_cycle(round_gap, [TORQUE], [0.0]).face.load[0, 0, 0]
+    assert tilted[0] > 1.5 * even[0] > tilted[-1]
+    assert (np.diff(tilted)[1:] < 0.0).all()
+    assert crowned[8] > 1.2 * even[8]
+    assert crowned == pytest.approx(crowned[::-1], rel=1e-9)
+
+
+def test_more_slices_change_little():
+    cycles = [
+        solve_cycle(problem(18.0, slices=count), [TORQUE], POSITIONS)
+        for count in (16, 32, 64)
+    ]
+    coarse, fine = (np.abs(c.ste / cycles[-1].ste - 1.0).max() for c in cycles[:2])
+    assert coarse < 1e-2
+    assert fine < 0.6 * coarse
+    assert abs(cycles[0].ste.mean() / cycles[-1].ste.mean() - 1.0) < 1e-3
+
+
+def test_widths_must_fit():
+    with pytest.raises(ValueError, match="must be within"):
+        problem(width=1.1 * WIDTH)

@@ -1,1 +1,0 @@
-"""Run time against error, a file for each benchmark."""
