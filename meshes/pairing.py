@@ -150,10 +150,11 @@ def require_path(pair: GearPair) -> None:
 def _refuse_contact_ratio(pair: GearPair) -> None:
     """Raise GeometryError with the centre distance, or what else, that raises it."""
     one, two = pair.driver, pair.driven
-    ratio = (
-        f"contact ratio {floored(pair.contact_ratio)}, at least 1 is needed for "
-        "continuous motion"
-    )
+    ratio = f"contact ratio {floored(pair.contact_ratio)}, at least 1 is needed"
+    if one.twist:  # which may move on by their overlap, but are not known
+        ratio = f"transverse {ratio} of helical gears as well"
+    else:
+        ratio = f"{ratio} for continuous motion"
     tips = "larger tips"
     if pair.is_internal:
         tips = "larger tips of the gear or smaller ones of the ring"

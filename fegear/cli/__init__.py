@@ -20,8 +20,8 @@ BUILTIN_FAILURES = (ZeroDivisionError, OverflowError, FloatingPointError)
 INTERRUPTED = "interrupted"
 BROKEN_PIPE = 141  # 128 and the number of the signal, as shells have it
 PROGRAM_HELP = (
-    "Spur gears: mesh stiffness and transmission error by finite elements, and the "
-    "vibration of gear trains that they excite."
+    "Spur and helical gears: mesh stiffness and transmission error by finite "
+    "elements, and the vibration of gear trains that they excite."
 )
 
 app = typer.Typer(

@@ -13,7 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fegear.contact.face import FaceLoads
 from fegear.contact.problem import ContactCycle
+from fegear.contact.virtual_work import arrange_along_path
 from fegear.gearset.loss_factor import sliding_per_base_pitch
 from lumped.common.array_types import Array
 from meshes import GearPair
@@ -29,6 +31,30 @@ def path_positions(cycle: ContactCycle) -> Array:
     """
     position = cycle.position - np.floor(cycle.position)
     return np.asarray(position[:, None] + cycle.teeth)
+
+
+def face_along_path(
+    cycle: ContactCycle, face: FaceLoads, values: Array, places: Array
+) -> Array:
+    """Values (n, k, m) over the face width at places (p,) of the path, (p, m).
+
+    Linear between positions, in each slice by itself; where tooth pairs differ, the
+    largest of all.
+
+    places : [base pitches]
+    """
+    pitches = math.floor(cycle.position[-1]) + 1
+
+    def along(of_pairs: Array) -> Array:
+        """Arrange by slice, base pitch and position from a pair's first to its last."""
+        return arrange_along_path(cycle, of_pairs.transpose(2, 0, 1), pitches)
+
+    rows = zip(along(face.path_position), along(values), strict=True)
+    slices = [
+        np.max([np.interp(places, *one) for one in zip(*row, strict=True)], axis=0)
+        for row in rows
+    ]
+    return np.stack(slices, axis=1)
 
 
 def on_path(pair: GearPair, position: Array) -> NDArray[np.bool_]:

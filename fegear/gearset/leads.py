@@ -49,6 +49,18 @@ def require_uniform_loads(gear_set: GearSet, task: str) -> None:
         )
 
 
+def require_spur(gear_set: GearSet, setting: str) -> None:
+    """Refuse a setting of tooth pairs that pass the pitch point at once."""
+    for mesh in gear_set.meshes:
+        if mesh.is_helical:
+            one, two = (gear_set.gears[gear].name for gear in mesh.gears)
+            raise InputError(
+                f'{setting}; must be 0, gears "{one}" and "{two}" are helical: their '
+                "lines of contact slide both ways at once, see the loss factor of "
+                "`fegear stiffness`"
+            )
+
+
 def require_faces(gear_set: GearSet) -> None:
     """Require gears to face each other over the width, and leads to fit it."""
     for mesh in gear_set.meshes:

@@ -17,6 +17,15 @@ Of an internal gear h and tau are negative, and so is sigma where it turns
 counter-clockwise; chi of its meshes is from the driven to the driving gear. The axis of
 a tooth points where the tooth does.
 
+A position is that in the middle of the common face width. Axes are of teeth in the
+middle of the gear's own width; helical teeth are there
+
+    sigma r_b twist z / p_b
+
+base pitches further, z from the middle of the gear to that of the common width, with
+sigma, base radius and twist of the mesh's driver: p is larger by that in the equations
+above. A positive twist is right-handed, and gears are seen from the end z = -b / 2.
+
 Angles in radians, counter-clockwise from the x axis.
 """
 
@@ -116,7 +125,8 @@ def first_teeth(gear_set: GearSet) -> Mapping[tuple[int, int], int]:
         for gear in mesh.gears:
             pitch = gear_set.gears[gear].geometry.pitch_angle
             axis = _tooth_axis_in_mesh(mesh, gear, senses[gear])
-            axis += rolling_sense(mesh, gear, senses[gear]) * phase.value * pitch
+            position = phase.value + _lead(gear_set, number, gear)
+            axis += rolling_sense(mesh, gear, senses[gear]) * position * pitch
             first_axes.setdefault(gear, axis)
             teeth[number, gear] = -round((axis - first_axes[gear]) / pitch)
     return MappingProxyType(teeth)
@@ -197,7 +207,23 @@ def _linked_phase(gear_set: GearSet, link: Link, position: float) -> float:
         mesh, link.gear, sense
     )
     axis_turn *= rolling_sense(mesh, link.gear, sense)
-    return math.remainder(position + axis_turn / pitch_angle, 1.0)
+    in_middle = position + _lead(gear_set, link.other, link.gear)
+    in_middle += axis_turn / pitch_angle
+    return math.remainder(in_middle - _lead(gear_set, link.mesh, link.gear), 1.0)
+
+
+def _lead(gear_set: GearSet, number: int, gear: int) -> float:
+    """Position of a mesh in the middle of a gear's width, less that of the mesh.
+
+    In base pitches, zero unless the gears are helical.
+    """
+    mesh = gear_set.meshes[number]
+    driver = mesh.pair.driver
+    if not driver.twist:
+        return 0.0
+    middle = gear_set.width_middles(number)[mesh.gears.index(gear)]
+    lead = driver.base_radius * driver.twist * middle / driver.base_pitch
+    return gear_set.senses[mesh.driver] * lead
 
 
 def _tooth_axis_in_mesh(mesh: Mesh, gear: int, sense: int) -> float:

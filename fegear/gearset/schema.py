@@ -232,8 +232,8 @@ class GearDefaults(Keys):
     )
     tooth_thinning_um: Signed | None = Field(
         default=None,
-        description="Reduction of the arc thickness on the reference circle. [default: "
-        "0, or as span_mm or pin_dimension_mm has it]",
+        description="Reduction of the arc thickness on the reference circle, across "
+        "the axis. [default: 0, or as span_mm or pin_dimension_mm has it]",
     )
     span_mm: Length | None = Field(
         default=None,
@@ -357,7 +357,7 @@ class GearEntry(GearDefaults):
                 f"helix_angle_deg = {self.helix_angle_deg:g}; must be 0 of an internal "
                 "gear"
             )
-        for key in self.present(*SPAN_KEYS, *PIN_KEYS):
+        for key in self.present(*PIN_KEYS):
             raise ValueError(
                 f"{key} = {getattr(self, key):g}; not known of helical gears, "
                 f"helix_angle_deg = {self.helix_angle_deg:g}"
@@ -494,7 +494,8 @@ class LeadEntry(Keys):
     slope_um: Signed = Field(
         default=0.0,
         description="Material missing at the far end of the face width, linear from "
-        "none at the near end: helix slope deviation, or misalignment of the shafts.",
+        "none at the near end: helix slope deviation, or misalignment of the shafts. "
+        "Seen from the near end the driver of the first mesh turns counter-clockwise.",
     )
     end_relief_um: NotNegative = Field(
         default=0.0,
@@ -591,7 +592,7 @@ class MeshKeys(Keys):
     offset_mm: Signed = Field(
         default=0.0,
         description="Middle of the driven gear's face width from that of the driving "
-        "one, along the axis.",
+        "one, along the axis toward the far end.",
     )
 
     @model_validator(mode="after")

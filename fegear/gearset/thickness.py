@@ -41,11 +41,13 @@ def tooth_thickness(entry: GearEntry, gear: Involute) -> ToothThickness:
     """Shift and thinning; InputError where no tooth has the measured thickness."""
     shift, thinning_um = entry.profile_shift, entry.tooth_thinning_um
     origin, measured = measured_thickness(entry, gear)
+    # a shift in normal modules, of sizes in the section across the axis
+    cosine = math.cos(math.radians(entry.helix_angle_deg))
     if measured is None:
-        # of the section across the axis
-        shift = (shift or 0.0) * math.cos(math.radians(entry.helix_angle_deg))
-        return ToothThickness(profile_shift=shift, thinning=(thinning_um or 0.0) * UM)
+        thinning = (thinning_um or 0.0) * UM
+        return ToothThickness(profile_shift=(shift or 0.0) * cosine, thinning=thinning)
     rack_thickness, thickness_per_shift = thickness_of_rack(gear)
+    thickness_per_shift *= cosine
     if shift is not None:
         thinning = rack_thickness + shift * thickness_per_shift - measured
         result = f"tooth_thinning_um = {thinning / UM:.6g}"
@@ -57,7 +59,7 @@ def tooth_thickness(entry: GearEntry, gear: Involute) -> ToothThickness:
         given_value = f"tooth_thinning_um = {shown(thinning_um or 0.0)}"
         given_value += "" if thinning_um is not None else " by default"
     return ToothThickness(
-        profile_shift=shift,
+        profile_shift=shift * cosine,
         thinning=thinning,
         origin=origin,
         inference=f'gear "{entry.name}": {result}, from {origin} with {given_value}',
@@ -69,7 +71,8 @@ def measured_thickness(entry: GearEntry, gear: Involute) -> tuple[str, float | N
     if entry.span_mm is not None and entry.span_teeth is not None:
         _require_span_teeth(entry, entry.span_teeth)
         origin = f"span_mm = {shown(entry.span_mm)} over {entry.span_teeth} teeth"
-        return origin, thickness_of_span(gear, entry.span_mm * MM, entry.span_teeth)
+        span = entry.span_mm * MM / _base_helix_cosine(entry)
+        return origin, thickness_of_span(gear, span, entry.span_teeth)
     if entry.pin_dimension_mm is not None and entry.pin_diameter_mm is not None:
         dimension, pin = entry.pin_dimension_mm, entry.pin_diameter_mm
         origin = f"pin_dimension_mm = {shown(dimension)} over pins of {shown(pin)} mm"
@@ -81,6 +84,18 @@ def measured_thickness(entry: GearEntry, gear: Involute) -> tuple[str, float | N
                 f'gear "{entry.name}": {origin}; must be above {least_dimension} mm'
             ) from None
     return "", None
+
+
+def _base_helix_cosine(entry: GearEntry) -> float:
+    """Cosine of the angle by which a base tangent is inclined, 1 of spur gears.
+
+    From sin(beta_b) = sin(beta) cos(alpha_n).
+    """
+    helix, angle = (
+        math.radians(value)
+        for value in (entry.helix_angle_deg, entry.pressure_angle_deg)
+    )
+    return math.sqrt(1.0 - (math.sin(helix) * math.cos(angle)) ** 2)
 
 
 def _require_span_teeth(entry: GearEntry, count: int) -> None:
@@ -97,7 +112,8 @@ def require_measurable(entry: GearEntry, gear: SpurGear) -> None:
     """Require that what was measured touches the involute flanks of the gear."""
     try:
         if entry.span_mm is not None:
-            require_on_flank(gear, span_contact(entry.span_mm * MM), "span")
+            across = entry.span_mm * MM * _base_helix_cosine(entry)
+            require_on_flank(gear, span_contact(across), "span")
         if entry.pin_diameter_mm is not None:
             pin = entry.pin_diameter_mm * MM
             contact = pin_contact(gear, gear.tooth_thickness, pin)

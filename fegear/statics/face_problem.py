@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from fegear.contact.face import FaceContact, slice_places
@@ -29,10 +31,11 @@ def face_problem(
     """
     _require_known(gear_set, mesh, settings)
     spec, size = gear_set.meshes[mesh], resolution.size
+    slices = slices_over_width(gear_set, mesh, resolution)
     materials, flanks, wide = [], [], []
     width, middles = gear_set.common_width(mesh), gear_set.width_middles(mesh)
-    places = slice_places(width, resolution.slices)
-    gap = np.zeros(resolution.slices)
+    places = slice_places(width, slices)
+    gap = np.zeros(slices)
     for i, index in enumerate(spec.gears):
         gear, modifications = gear_set.gears[index], spec.flanks[i]
         report(f"compliance of {gear.name}", i, 2)
@@ -54,6 +57,11 @@ def face_problem(
             )
         )
     report("compliance", 2, 2)
+    face = FaceContact(
+        driver=wide[0], driven=wide[1], width=width, gap=gap, offsets=middles
+    )
+    if gear_set.senses[spec.driver] < 0:  # the solver's driver turns counter-clockwise
+        face = face.mirrored
     return ContactProblem(
         pair=spec.pair,
         driver=flanks[0],
@@ -62,12 +70,18 @@ def face_problem(
         friction=settings.friction,
         corner_contact=settings.corner_contact,
         nodes=resolution.nodes,
-        face=FaceContact(
-            driver=wide[0], driven=wide[1], width=width, gap=gap, offsets=middles
-        ),
+        face=face,
         plane_stress_pressure=pressure_in_plane(materials[0], materials[1], "stress"),
         plane_strain_pressure=pressure_in_plane(materials[0], materials[1], "strain"),
     )
+
+
+def slices_over_width(gear_set: GearSet, mesh: int, resolution: Resolution) -> int:
+    """Number of slices; with much overlap as many as a base pitch of it needs."""
+    start, end = gear_set.meshes[mesh].pair.path
+    first, last = gear_set.engagement(mesh)
+    overlap = (last - first) - (end - start)
+    return max(resolution.slices, math.ceil(resolution.slices_per_pitch * overlap))
 
 
 def _require_known(gear_set: GearSet, mesh: int, settings: StaticsSettings) -> None:

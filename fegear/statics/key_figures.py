@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from math import floor
+import math
 from typing import Any
 
 import numpy as np
 
 from fegear.contact.edges import edge_positions, finite_pressures
-from fegear.contact.path import loss_factor, path_positions
+from fegear.contact.path import face_along_path, loss_factor, path_positions
 from fegear.contact.problem import ContactCycle, ContactProblem
 from lumped.common.array_types import Array
 from lumped.train.table import MeshTable
@@ -21,8 +21,8 @@ def key_figures(
     """Means and ranges over the mesh cycle at one of the torques, by its index.
 
     Pressures are those of pairs without an edge in contact, see `fegear.contact.edges`,
-    None where there is no such pair. Where tooth pairs differ, that at the pitch point
-    is the largest of all pairs.
+    None where there is no such pair. That at the pitch point is the largest there of
+    all tooth pairs and of all places over the face width, where these differ.
     """
     names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
     k, local, bending = (table[name][t] for name in names)
@@ -30,10 +30,7 @@ def key_figures(
     pressures = finite_pressures(problem, cycle, t)
     of_all_pairs = pressures.max(axis=1)
     largest = int(of_all_pairs.argmax())
-    # reference pairs are at the pitch point at the start of each base pitch
-    pitches = floor(table.position[-1]) + 1
-    pitch = slice(None, None, k.size // pitches), cycle.teeth == 0
-    at_pitch_point = pressures[pitch].max(initial=0.0)
+    at_pitch_point = _pressure_at_pitch_point(problem, cycle, t)
     return {
         "torque_Nm": float(cycle.torque[t]),
         "mean_stiffness_N_per_m": float(k.mean()),
@@ -44,7 +41,7 @@ def key_figures(
         "nlte_peak_to_peak_um": 1e6 * float(np.ptp(no_load)),
         **_in_both_planes(
             "pressure_at_pitch_point",
-            1e-6 * float(at_pitch_point) if at_pitch_point > 0.0 else None,
+            1e-6 * at_pitch_point if at_pitch_point > 0.0 else None,
             problem,
         ),
         **_in_both_planes(
@@ -62,6 +59,21 @@ def key_figures(
         "loss_factor": float(loss_factors(problem.pair, cycle)[t]),
         **_over_face(problem, cycle, t),
     }
+
+
+def _pressure_at_pitch_point(
+    problem: ContactProblem, cycle: ContactCycle, t: int
+) -> float:
+    """Largest one in plane strain without an edge in contact [Pa], 0 without any."""
+    if cycle.face is not None:
+        face, pitch_point = cycle.face, np.zeros(1)
+        finite = np.where(face.on_path, face.pressure[t], 0.0)
+        largest = face_along_path(cycle, face, finite, pitch_point).max()
+        return float(problem.plane_strain_pressure * largest)
+    # reference pairs are at the pitch point at the start of each base pitch
+    pitches = math.floor(cycle.position[-1]) + 1
+    at_start = slice(None, None, cycle.position.size // pitches), cycle.teeth == 0
+    return float(finite_pressures(problem, cycle, t)[at_start].max(initial=0.0))
 
 
 def _over_face(
@@ -113,7 +125,9 @@ def loss_factors(pair: GearPair, cycle: ContactCycle) -> Array:
     if cycle.face is not None:
         shape = *cycle.ste.shape, -1
         loads = cycle.face.load.reshape(shape)
-        share = loads / loads.sum(axis=2, keepdims=True)
+        # friction comes with the normal force, of which the section has a part
+        in_section = loads * math.cos(cycle.face.base_helix_angle)
+        share = loads / in_section.sum(axis=2, keepdims=True)
         place = cycle.face.path_position.reshape(cycle.position.size, -1)
         return loss_factor(teeth, place, share)
     return loss_factor(teeth, path_positions(cycle), cycle.load_share)

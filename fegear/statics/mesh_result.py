@@ -75,6 +75,11 @@ class ErrorEstimate:
         """Mean change of the transmission error against the coarser resolution."""
         return self.mean / ERROR_FACTOR
 
+    @property
+    def change_of_distribution(self) -> float:
+        """Change of K_Hbeta against the coarser resolution; NaN as `distribution`."""
+        return self.distribution / ERROR_FACTOR
+
 
 @dataclass(frozen=True, repr=False)
 class StaticsResult(Result):

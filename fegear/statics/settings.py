@@ -20,11 +20,23 @@ STRAIN_WIDTH = 5.0  # modules, from which teeth are nearer to plane strain
 
 @dataclass(frozen=True)
 class Resolution:
-    """Mesh of a sector, nodes of a contact patch and slices of the face width."""
+    """Mesh of a sector, nodes of a contact patch and slices of the face width.
+
+    slices : at least; more where there is much overlap, see `slices_per_pitch`
+    """
 
     size: MeshSize
     nodes: int
     slices: int = 32
+
+    @property
+    def slices_per_pitch(self) -> float:
+        """Slices while lines of contact move by a base pitch along the path.
+
+        With fewer than half as many, reliefs close slice by slice and the transmission
+        error shows it.
+        """
+        return 0.75 * self.slices
 
     def coarsened(self) -> Resolution:
         """The companion that the discretisation estimate compares with."""

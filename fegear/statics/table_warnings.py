@@ -12,6 +12,7 @@ from fegear.files.codes import with_code
 from fegear.statics.plausibility import (
     MAX_ERROR_ESTIMATE,
     MAX_IMBALANCE,
+    MAX_SLICE_CHANGE,
     check_warnings,
     plausibility_warnings,
     tip_warnings,
@@ -59,7 +60,7 @@ def _width_lines(solved: StaticsResult) -> Iterator[str]:
 
 
 def _slice_lines(solved: StaticsResult) -> Iterator[str]:
-    """A warning of teeth that are too wide for the polynomials over the width."""
+    """Warnings of teeth too wide for the polynomials, and of loads in few slices."""
     face, module = solved.problem.face, solved.problem.pair.driver.module
     widths = [] if face is None else [flank.width for flank in face.flanks]
     modules = max(widths, default=0.0) / module
@@ -69,6 +70,14 @@ def _slice_lines(solved: StaticsResult) -> Iterator[str]:
             f"mesh {solved.mesh + 1}: face width of {modules:.3g} modules; above "
             f"{MAX_WIDTH:g} loads that vary over the width are followed less well, at "
             "20 the largest load per length to 10 %",
+        )
+    change = 0.0 if solved.error is None else solved.error.change_of_distribution
+    if change > MAX_SLICE_CHANGE:
+        yield with_code(
+            "W58",
+            f"mesh {solved.mesh + 1}: K_Hbeta changes by {100.0 * change:.2g} % "
+            f"between two numbers of slices, more than {100.0 * MAX_SLICE_CHANGE:g} %; "
+            "it and the largest loads depend on the resolution",
         )
 
 

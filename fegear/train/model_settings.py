@@ -8,6 +8,7 @@ from typing import Literal
 
 from fegear.files.errors import InputError
 from fegear.gearset.inertia import require_inertia_of_bodies
+from fegear.gearset.leads import require_spur
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.statics.excitation import Excitations, ExcitationSource
@@ -203,7 +204,14 @@ def resolve_model(
         Model with a number that is not auto.
     reason : str
         Reason for the choice, empty where nothing was chosen.
+
+    Raises
+    ------
+    InputError
+        If the model has friction and gears are helical.
     """
+    if model.friction:
+        require_spur(gear_set, f"friction = {model.friction:g}")
     if model.number != "auto":
         return model, ""
     reason = need or _needs_model_1(model, gear_set, method)

@@ -8,7 +8,11 @@ import numpy as np
 import pytest
 
 import fegear
+from fegear.commands.stiffness.path_figure import draw_path, pair_along_path
+from fegear.contact.path import roll_angles
 from fegear.files.errors import InputError
+from fegear.statics.face_problem import slices_over_width
+from fegear.statics.settings import RESOLUTIONS
 from fegear.statics.table_warnings import table_warnings
 
 HELICAL = {
@@ -101,6 +105,52 @@ def test_wide_teeth_are_warned_of(solved):
     assert "face width of 19 modules; above 16" in line
 
 
+@pytest.mark.slow
+def test_the_pressure_at_the_pitch_point_is_that_of_hertz(solved):
+    """Of the load per length there, with the curvature across the line of contact."""
+    face, pair = solved.cycle.face, solved.problem.pair
+    cosine = np.cos(face.base_helix_angle)
+    one, two = pair.pitch_point, pair.line_of_action - pair.pitch_point
+    radius = one * two / (one + two) / cosine
+    modulus = 0.5 * 206e9 / (1.0 - 0.3**2)
+    near = np.abs(face.path_position) < 0.07
+    for t, values in enumerate(solved.key_figures):
+        loads = face.load[t][near & face.on_path]
+        hertz = 1e-6 * np.sqrt(loads * modulus / (np.pi * radius))
+        found = values["pressure_at_pitch_point_plane_strain_MPa"]
+        assert 0.98 * hertz.max() < found < 1.02 * hertz.max()
+        assert hertz.min() > 0.8 * hertz.max()
+
+
+@pytest.mark.slow
+def test_the_picture_of_the_path_is_of_places_on_it(solved):
+    along = pair_along_path(solved)
+    pair = solved.problem.pair
+    ends = [np.degrees(roll_angles(pair, np.array(end))[0]) for end in pair.path]
+    loaded = along.angle[np.isfinite(along.pressure[1])]
+    step = 360.0 / pair.driver.teeth / 8.0  # between positions of the table
+    assert abs(loaded.min() - ends[0]) < step
+    assert abs(loaded.max() - ends[1]) < step
+    on_path = ~along.is_edge[1] & np.isfinite(along.pressure[1])
+    # between positions, of which there are few, the ends of the path are left out
+    most = 1e6 * solved.key_figures[1]["max_pressure_plane_strain_MPa"]
+    assert 0.75 * most < along.pressure[1][on_path].max() < (1.0 + 1e-9) * most
+    figure = draw_path(solved)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert "largest load per\nlength [N/mm]" in labels
+    assert [text.get_text() for text in figure.axes[0].texts] == ["A", "C", "E"]
+
+
+@pytest.mark.slow
+def test_an_edge_in_a_wider_flank_is_warned_of(solved):
+    assert not [line for line in table_warnings(solved) if "W58" in line]
+    wider = fegear.make_gear_set(HELICAL, {"gear.2.face_width_mm": 30.0})
+    result = fegear.solve_mesh(wider, settings=COARSE)
+    (line,) = [line for line in table_warnings(result) if "W58" in line]
+    assert "mesh 1: K_Hbeta changes by" in line
+    assert "between two numbers of slices, more than 3 %" in line
+
+
 def test_what_is_not_known_is_refused_before_it_is_solved():
     gears = fegear.make_gear_set(HELICAL)
     stress = fegear.StaticsSettings(plane="stress")
@@ -118,3 +168,47 @@ def test_what_is_not_known_is_refused_before_it_is_solved():
     ):
         with pytest.raises(InputError, match='"one" and "two" are helical; allowed'):
             fegear.run(study)
+
+
+@pytest.mark.parametrize("number", [1, "auto"])
+def test_friction_of_helical_gears_in_motion_is_refused(number):
+    model = fegear.LumpedModel(number=number, friction=0.1)
+    study = fegear.Motion(
+        gear_set=fegear.make_gear_set(HELICAL), model=model, speed=9e2
+    )
+    told = 'friction = 0.1; must be 0, gears "one" and "two" are helical'
+    with pytest.raises(InputError, match=told):
+        fegear.run(study)
+
+
+@pytest.mark.parametrize(("width_mm", "slices"), [(20.0, 32), (80.0, 63)])
+def test_overlap_needs_slices(width_mm, slices):
+    """24 at least while lines of contact move by a base pitch."""
+    gears = fegear.make_gear_set(
+        HELICAL, {f"gear.{i}.face_width_mm": width_mm for i in (1, 2)}
+    )
+    overlap = width_mm * np.sin(np.radians(18.0)) / (3.0 * np.pi)
+    assert slices == max(32, np.ceil(24.0 * overlap))
+    assert slices_over_width(gears, 0, RESOLUTIONS["default"]) == slices
+
+
+@pytest.mark.slow
+def test_each_gear_has_one_helix_in_all_its_meshes():
+    """Sections of an idler toward the far end are ahead in both meshes, or behind."""
+    train = {
+        **HELICAL,
+        "gear": [*HELICAL["gear"], {"name": "three", "teeth": 21, "hub_radius_mm": 15}],
+        "mesh": [*HELICAL["mesh"], {"driver": "two", "driven": "three"}],
+    }
+    gears = fegear.make_gear_set(train, {"mesh.2.backlash_um": 60.0})
+    quick = replace(COARSE, positions=2, estimate_error=False)
+    idler = gears.gears[1].geometry
+    assert idler.helix_angle < 0.0  # left-handed
+    assert gears.senses[1] == -1  # and behind where it turns clockwise
+    for mesh in (0, 1):
+        face = fegear.solve_mesh(gears, mesh, [60.0], quick).cycle.face
+        (slope,) = np.unique(np.diff(face.path_position).round(9))
+        step = face.place[1] - face.place[0]
+        turned = idler.twist * step / idler.pitch_angle
+        assert slope == pytest.approx(turned, abs=2e-9)
+        assert slope < 0.0

@@ -198,6 +198,7 @@ def mesh_figures(gear_set: GearSet, number: int) -> dict[str, Any]:
     mesh, gears = gear_set.meshes[number], gear_set.gears
     pair, line = mesh.pair, mesh.center_line
     phase = mesh_phases(gear_set)[number]
+    helix_cosine = math.cos(pair.driver.base_helix_angle)
     return {
         "driver": gears[mesh.driver].name,
         "driven": gears[mesh.driven].name,
@@ -208,7 +209,7 @@ def mesh_figures(gear_set: GearSet, number: int) -> dict[str, Any]:
         "contact_ratio": pair.contact_ratio,
         **_face_figures(gear_set, number),
         "base_pitch_mm": 1e3 * pair.base_pitch,
-        "normal_backlash_um": 1e6 * pair.backlash,
+        "normal_backlash_um": 1e6 * pair.backlash * helix_cosine,
         "backlash_um": 1e6 * mesh.backlash,
         "approach_pitches": -pair.path[0],
         "recess_pitches": pair.path[1],

@@ -331,6 +331,7 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     axes.set_title(
         f"{names[0]} drives {names[1]}: contact ratio {pair.contact_ratio:.3f}"
         f"{_helix_in_words(pair)},\n"
+        f"operating pressure angle "
         f"{math.degrees(pair.operating_pressure_angle):.2f} deg, "
         f"backlash {1e6 * pair.backlash:.0f} um",
         fontsize=9,

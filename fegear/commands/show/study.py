@@ -244,15 +244,15 @@ def _figures_table(
 
 
 def flattened(figures: dict[str, Any]) -> dict[str, Any]:
-    """Reliefs as `tip_relief.shape` and so on, profiles alike; without those that are
-    not there, and without faults, which have lines of their own."""
+    """Reliefs as `tip_relief.shape` and so on, profiles and leads alike; without those
+    that are not there, and without faults, which have lines of their own."""
     flat: dict[str, Any] = {}
     for key, value in figures.items():
         if key == "faults":
             continue
         if isinstance(value, dict):
             flat |= {f"{key}.{name}": inner for name, inner in value.items()}
-        elif not key.endswith(("_relief", "profile")):
+        elif not key.endswith(("_relief", "profile", "lead")):
             flat[key] = value
     return flat
 

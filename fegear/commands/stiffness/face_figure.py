@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from fegear.contact.face import FaceLoads
-from lumped.common.array_types import Array
+from fegear.contact.path import face_along_path
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
@@ -17,61 +17,51 @@ if TYPE_CHECKING:
     from fegear.statics.mesh_result import StaticsResult
 
 BEYOND_PATH = 0.15  # that is drawn of the path on either side [base pitches]
+PATH_POINTS = 400
 
 
 def draw_face(result: StaticsResult, title: str = "") -> Figure:
     """Largest pressure on a flank at the largest torque, and the load over the width.
 
-    A tooth passes all places of the path in one turn: what any pair has at a place,
-    each tooth has there.
+    A tooth passes all places of the path in one turn.
     """
-    face, pair = result.cycle.face, result.problem.pair
+    cycle, (start, end) = result.cycle, result.problem.pair.path
+    face = cycle.face
     if face is None:
         raise ValueError("face = None; loads are equal over the face width")
-    largest = int(np.argmax(result.cycle.torque))
+    largest = int(np.argmax(cycle.torque))
     figure, rows = panels(2, size=(9.0, 8.0), heights=(3.0, 2.0), share=True)
     flank, load = (row[0] for row in rows)
-    place, path, pressure = _pressure_map(face, largest)
+    path = np.linspace(start - BEYOND_PATH, end + BEYOND_PATH, PATH_POINTS)
+    pressure = face_along_path(cycle, face, face.pressure[largest], path)
+    half_slice = 0.5 * (face.place[1] - face.place[0])
+    half_step = 0.5 * (path[1] - path[0])
     # edges have no limit and would take all the colours
     most = np.where(face.on_path, face.pressure[largest], 0.0).max()
     drawn = flank.pcolormesh(
-        1e3 * place,
-        path,
+        1e3 * np.append(face.place - half_slice, face.place[-1] + half_slice),
+        np.append(path - half_step, path[-1] + half_step),
         1e-6 * pressure,
-        shading="gouraud",
+        rasterized=True,
         cmap="viridis",
         vmin=0.0,
         vmax=1e-6 * most,
     )
     label = "contact pressure [MPa], that of edges beyond the scale"
     figure.colorbar(drawn, ax=[flank, load], label=label, extend="max")
-    flank.set_ylim(pair.path[0] - BEYOND_PATH, pair.path[1] + BEYOND_PATH)
-    for end in pair.path:
-        flank.axhline(end, color="0.4", linewidth=0.8, linestyle="--")
+    for place in (start, end):
+        flank.axhline(place, color="0.4", linewidth=0.8, linestyle="--")
     flank.axhline(0.0, color="0.7", linewidth=0.8)
     flank.set_ylabel(
         "place on the path of contact\n[base pitches from the pitch point]"
     )
     flank.set_title(
-        f"{result.cycle.torque[largest]:g} N m; dashed: ends of the path", fontsize=9
+        f"{cycle.torque[largest]:g} N m; dashed: ends of the path", fontsize=9
     )
     _draw_load(load, face, result)
-    load.set_xlabel("place over the face width, from its middle [mm]")
+    load.set_xlabel("place over the face width, from its middle to the far end [mm]")
     draw_title(figure, title)
     return figure
-
-
-def _pressure_map(face: FaceLoads, torque: int) -> tuple[Array, Array, Array]:
-    """Place [m], path position and pressure [Pa] (p, m) of one tooth in order."""
-    positions, pairs, slices = face.path_position.shape
-    path = face.path_position.reshape(positions * pairs, slices)
-    pressure = face.pressure[torque].reshape(positions * pairs, slices)
-    order = np.argsort(path[:, slices // 2], kind="stable")
-    path, pressure = path[order], pressure[order]
-    loaded = np.flatnonzero((pressure > 0.0).any(axis=1))
-    ends = slice(max(loaded[0] - 1, 0), loaded[-1] + 2)
-    place = np.broadcast_to(face.place, path[ends].shape)
-    return place, path[ends], pressure[ends]
 
 
 def _draw_load(axes: Axes, face: FaceLoads, result: StaticsResult) -> None:

@@ -21,7 +21,10 @@ if TYPE_CHECKING:
     from lumped.train.table import MeshTable
 
 SHOWN_PITCHES = 8
-PAIR_COLORS = ("tab:orange", "tab:red", "tab:brown", "tab:pink", "tab:olive")
+PAIR_COLORS = (
+    *("tab:orange", "tab:red", "tab:brown", "tab:pink", "tab:olive"),
+    *("tab:green", "tab:purple", "tab:gray", "black"),
+)
 DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
 
 

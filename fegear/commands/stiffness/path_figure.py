@@ -9,7 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.edges import edge_pairs
-from fegear.contact.path import path_positions, roll_angles, sliding_over_pitch_speed
+from fegear.contact.face import FaceLoads
+from fegear.contact.path import (
+    face_along_path,
+    path_positions,
+    roll_angles,
+    sliding_over_pitch_speed,
+)
 from fegear.contact.virtual_work import arrange_along_path
 from lumped.common.array_types import Array
 from lumped.figures.drawing import draw_title, panels
@@ -22,6 +28,8 @@ if TYPE_CHECKING:
 
 MAX_CURVES = 5  # torques that are drawn along the path
 DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
+BEYOND_PATH = 0.1  # that is drawn of a helical gear's path [base pitches]
+PATH_POINTS = 400  # of helical gears
 LEGEND_PLACE = {"loc": "center left", "bbox_to_anchor": (1.01, 0.5), "fontsize": 8}
 
 
@@ -30,7 +38,8 @@ class PairAlongPath(NamedTuple):
 
     angle, sliding : (m,) driver's roll angle [deg] and sliding over pitch-line speed
     pressure, driver_root, driven_root : (t, m) [Pa], pressure of plane strain
-    share : (t, m); empty without load
+    share, line_load : (t, m) part of the mesh force, and largest load per length of a
+        helical line of contact [N/m]; NaN without load, and where the other is drawn
     is_edge : (t, m) whether an edge is in contact, where pressure has no limit
     """
 
@@ -38,14 +47,20 @@ class PairAlongPath(NamedTuple):
     sliding: Array
     pressure: Array
     share: Array
+    line_load: Array
     driver_root: Array
     driven_root: Array
     is_edge: NDArray[np.bool_]
 
 
 def pair_along_path(result: StaticsResult) -> PairAlongPath:
-    """The tooth pair that is the reference pair in the first base pitch."""
+    """The tooth pair that is the reference pair in the first base pitch.
+
+    Of helical gears all pairs, whose lines are at many places of the path at once.
+    """
     cycle, pair = result.cycle, result.problem.pair
+    if cycle.face is not None and cycle.face.base_helix_angle:
+        return _helical_along_path(result, cycle.face)
 
     def along(values: Array) -> Array:
         return arrange_along_path(cycle, values, result.pitches)[:, 0]
@@ -62,9 +77,36 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
         sliding=sliding_over_pitch_speed(pair, place)[every],
         pressure=under_load(_pressure(result)),
         share=under_load(cycle.load_share),
+        line_load=under_load(np.full(cycle.load.shape, np.nan)),
         driver_root=under_load(_root_stress(result, "driver")),
         driven_root=under_load(_root_stress(result, "driven")),
         is_edge=along(_is_edge_contact(result))[:, every] > 0.0,
+    )
+
+
+def _helical_along_path(result: StaticsResult, face: FaceLoads) -> PairAlongPath:
+    """The largest over the face width at each place of the path."""
+    cycle, pair = result.cycle, result.problem.pair
+    start, end = pair.path
+    place = np.linspace(start - BEYOND_PATH, end + BEYOND_PATH, PATH_POINTS)
+
+    def along(values: Array) -> Array:
+        largest = [face_along_path(cycle, face, one, place).max(1) for one in values]
+        return np.where(np.array(largest) > 0.0, largest, np.nan)
+
+    pressure = along(face.pressure)
+    none = np.full_like(pressure, np.nan)
+    outside = np.where(face.on_path, 0.0, 1.0)
+    off_path = face_along_path(cycle, face, outside, place).max(1) > 0.0
+    return PairAlongPath(
+        angle=np.degrees(roll_angles(pair, place)[0]),
+        sliding=sliding_over_pitch_speed(pair, place),
+        pressure=result.problem.plane_strain_pressure * pressure,
+        share=none,
+        line_load=along(face.load),
+        driver_root=none,
+        driven_root=none,
+        is_edge=np.broadcast_to(off_path, pressure.shape),
     )
 
 
@@ -106,16 +148,19 @@ def _root_stress(result: StaticsResult, gear: str) -> Array:
 
 
 def draw_path(result: StaticsResult, title: str = "") -> Figure:
-    """Pressure, root stress, load share and sliding over the driver's roll angle.
+    """Pressure, root stress, loads and sliding over the driver's roll angle.
 
     At MAX_CURVES torques at most, from the lowest to the highest.
     """
     along = pair_along_path(result)
     has_root = bool(np.isfinite([along.driver_root, along.driven_root]).any())
+    is_helical = bool(np.isfinite(along.line_load).any())
+    load_label = "largest load per\nlength [N/mm]" if is_helical else "load share [%]"
+    loads = 1e-3 * along.line_load if is_helical else 100.0 * along.share
     labels = {
         "largest contact pressure\n[MPa], dotted at edges": 1.0,
         "root stress [MPa]": 1.2,
-        "load share [%]": 0.8,
+        load_label: 0.8,
         "sliding speed /\npitch-line speed": 0.7,
     }
     if not has_root:
@@ -124,7 +169,7 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
     size = (10.0, 3.0 * sum(heights))
     figure, rows = panels(len(labels), size=size, heights=heights, share=True)
     every = [row[0] for row in rows]
-    pressure, *roots, share, sliding = every
+    pressure, *roots, load, sliding = every
     for t, color, label in _torques(result):
         at_load, edge = 1e-6 * along.pressure[t], along.is_edge[t]
         pressure.plot(along.angle, at_load, ":", color=color, lw=1.0)
@@ -134,7 +179,7 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
         for root in roots:
             root.plot(along.angle, driver, color=color, label=f"driver, {label}")
             root.plot(along.angle, driven, "--", color=color, label=f"driven, {label}")
-        share.plot(along.angle, 100.0 * along.share[t], color=color, label=label)
+        load.plot(along.angle, loads[t], color=color, label=label)
     sliding.plot(along.angle, along.sliding, color="black", label="driver on driven")
     for axes, label in zip(every, labels, strict=True):
         axes.set_ylabel(label)
@@ -152,7 +197,9 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
 
 def _drawn_quantities(result: StaticsResult) -> Iterator[str]:
     """Lines of the title on pairs and torques that are left out."""
-    count = result.cycle.torque.size
+    count, face = result.cycle.torque.size, result.cycle.face
+    if face is not None and face.base_helix_angle:
+        yield "largest over the face width at each place of the path"
     if result.pitches > 1:
         yield "the reference pair of the first base pitch"
     if count > MAX_CURVES:
@@ -176,7 +223,9 @@ def _mark_path(axes: Axes, result: StaticsResult, named: bool) -> None:
     pair = result.problem.pair
     start, end = pair.path
     marks = {"A": start, "B": end - 1.0, "C": 0.0, "D": start + 1.0, "E": end}
-    if pair.contact_ratio >= 2.0:  # there is no single contact
+    face = result.cycle.face
+    is_helical = face is not None and face.base_helix_angle != 0.0
+    if is_helical or pair.contact_ratio >= 2.0:  # there is no single contact
         marks = {"A": start, "C": 0.0, "E": end}
     for name, place in marks.items():
         angle = float(np.degrees(roll_angles(pair, np.array(place))[0]))

@@ -11,11 +11,13 @@ import pytest
 from conftest import make_gear, make_helical
 
 from fegear.contact.face import FaceContact, slice_places
+from fegear.contact.path import face_along_path
 from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.solve import back_side_position, solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.wide_flank import wide_flank, width_modes
+from fegear.statics.key_figures import loss_factors
 from meshes import GearPair, MeshSize
 
 STEEL = PlaneMaterial(206e9, 0.3, "strain")
@@ -207,6 +209,36 @@ def test_more_slices_change_little():
     assert coarse < 1e-2
     assert fine < 0.6 * coarse
     assert abs(cycles[0].ste.mean() / cycles[-1].ste.mean() - 1.0) < 1e-3
+
+
+@pytest.mark.parametrize("helix_angle_deg", [0.0, 18.0])
+def test_friction_loses_what_the_loss_factor_says(helix_angle_deg):
+    """By the torques of reaction, whose moment arms are those of the tooth pairs."""
+    small, positions = 1e-3, np.arange(48) / 48.0
+    sliced = problem(helix_angle_deg, friction=small, corner_contact=False)
+    cycle = solve_cycle(sliced, [TORQUE], positions)
+    ratio = np.abs(cycle.driven_torque[0]).mean() / TORQUE * TEETH[0] / TEETH[1]
+    (factor,) = loss_factors(sliced.pair, cycle)
+    assert (1.0 - ratio) / small == pytest.approx(factor, rel=5e-3)
+
+
+def test_loads_of_one_tooth_along_the_path():
+    """What is a function of the place on the path is found at any place."""
+    gears = problem(18.0)
+    cycle = solve_cycle(gears, [TORQUE], POSITIONS)
+    face, places = cycle.face, np.linspace(-0.6, 0.6, 31)
+    straight = 2.0 + 3.0 * face.path_position + face.place
+    found = face_along_path(cycle, face, straight, places)
+    expected = 2.0 + 3.0 * places[:, None] + face.place
+    assert found == pytest.approx(expected, rel=1e-9)
+    load = face_along_path(cycle, face, face.load[0], places)
+    inside = load[np.abs(places) < 0.3]
+    assert inside.min() > 0.3 * inside.max()
+    # the mean over one tooth's path is that over the cycle of all teeth
+    whole = np.linspace(-1.5, 1.5, 3001)
+    over_path = face_along_path(cycle, face, face.load[0], whole)
+    mean = over_path.sum(axis=0) * (whole[1] - whole[0])
+    assert mean == pytest.approx(face.per_width[0].mean(axis=0), rel=1e-2)
 
 
 def test_widths_must_fit():

@@ -7,9 +7,11 @@ import math
 import numpy as np
 import pytest
 
+from fegear.commands.show.derived import mesh_figures
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
 from fegear.gearset.leads import require_uniform_loads
+from fegear.gearset.phases import mesh_phases
 
 HELIX = 20.0
 
@@ -102,7 +104,10 @@ def test_leads_are_depths_over_the_width():
             'hand = "right".*must be "left"',
         ),
         ({"gear": {"internal": True, "rim_radius_mm": 75.0}}, "must be 0 of"),
-        ({"gear": {"span_mm": 40.0, "span_teeth": 5}}, "not known of helical gears"),
+        (
+            {"gear": {"pin_dimension_mm": 140.0, "pin_diameter_mm": 5.0}},
+            "not known of helical gears",
+        ),
         ({"mesh": {"offset_mm": 27.5}}, "offset_mm = 27.5; must be at most 27 mm"),
         ({"mesh": {"lead": {"end_relief_um": 5}}}, "end_relief_length_mm is needed"),
         (
@@ -151,3 +156,77 @@ def test_what_knows_uniform_loads_only_refuses_others(changes, has):
 
 def test_spur_gears_without_leads_are_for_all():
     require_uniform_loads(make_gear_set(tables(helix_angle_deg=0.0)), "wear")
+
+
+def idler(offset_mm):
+    """A train whose middle gear is as wide as the others, the last one beside it."""
+    of_train = tables(hub_radius_mm=12.0)
+    of_train["gear"].append({"name": "three", "teeth": 31})
+    of_train["mesh"].append(
+        {"driver": "two", "driven": "three", "center_line_deg": 40.0}
+    )
+    of_train["mesh"][1]["offset_mm"] = offset_mm
+    return make_gear_set(of_train)
+
+
+@pytest.mark.parametrize("offset_mm", [-7.0, 3.0, 12.0])
+def test_an_offset_shifts_the_phase_by_the_lead(offset_mm):
+    """A flank of the idler is where it is, wherever its mate lies along the axis.
+
+    The driver's flank at a place z along the axis touches r_b twist z / p_b base
+    pitches earlier, and the middle of the common width moves by half the offset.
+    """
+    straight, shifted = idler(0.0), idler(offset_mm)
+    phases = [mesh_phases(gears)[1].value for gears in (straight, shifted)]
+    gear = shifted.gears[1].geometry  # drives the second mesh
+    assert shifted.senses[1] == -1
+    right_handed = math.copysign(1.0, gear.helix_angle)
+    turned = math.tan(math.radians(HELIX)) * 0.5e-3 * offset_mm / gear.reference_radius
+    lead = right_handed * turned / gear.pitch_angle
+    apart = math.remainder(phases[1] - (phases[0] + lead), 1.0)
+    assert apart == pytest.approx(0.0, abs=1e-12)
+    assert abs(lead) > 0.02
+    middle = shifted.width_middles(1)[0]
+    assert middle == pytest.approx(0.5e-3 * offset_mm)
+
+
+def test_an_offset_of_spur_gears_leaves_the_phase():
+    spur = {"helix_angle_deg": 0.0, "hub_radius_mm": 12.0}
+    of_train = tables(**spur)
+    of_train["gear"].append({"name": "three", "teeth": 31})
+    of_train["mesh"].append({"driver": "two", "driven": "three"})
+    phase = mesh_phases(make_gear_set(of_train))[1].value
+    of_train["mesh"][1]["offset_mm"] = 8.0
+    assert mesh_phases(make_gear_set(of_train))[1].value == phase
+
+
+@pytest.mark.parametrize(
+    ("helix_deg", "shift"), [(8.0, 0.0), (20.0, 0.3), (35.0, -0.2)]
+)
+def test_a_base_tangent_gives_the_thinning_of_a_helical_gear(helix_deg, shift):
+    """By ISO 21771 of the normal section, less the thinning there times cos(alpha)."""
+    module, teeth, number = 3.0, 25, 4
+    alpha, beta = math.radians(20.0), math.radians(helix_deg)
+    transverse = math.atan(math.tan(alpha) / math.cos(beta))
+    involute = math.tan(transverse) - transverse
+    tangent = module * math.cos(alpha) * (math.pi * (number - 0.5) + teeth * involute)
+    tangent += 2.0 * shift * module * math.sin(alpha)
+    thinning = 0.06  # mm, across the axis
+    tangent -= thinning * math.cos(beta) * math.cos(alpha)
+    measured = {"span_mm": tangent, "span_teeth": number}
+    of_pair = tables(helix_angle_deg=helix_deg)
+    of_pair["gear"][0] |= {"profile_shift": shift, **measured}
+    gear = make_gear_set(of_pair).gears[0].geometry
+    assert gear.tooth_thinning == pytest.approx(1e-3 * thinning, rel=1e-9)
+    del of_pair["gear"][0]["profile_shift"]
+    of_pair["gear"][0]["tooth_thinning_um"] = 1e3 * thinning
+    gear = make_gear_set(of_pair).gears[0].geometry
+    assert gear.profile_shift / math.cos(beta) == pytest.approx(shift, abs=1e-9)
+
+
+def test_the_normal_backlash_is_that_of_the_normal_section():
+    gears = make_gear_set(tables(gear={"tooth_thinning_um": 80.0}))
+    figures = mesh_figures(gears, 0)
+    # the arc across the axis becomes a distance of flanks along their normal
+    expected = 80.0 * math.cos(math.radians(HELIX)) * math.cos(math.radians(20.0))
+    assert figures["normal_backlash_um"] == pytest.approx(expected, rel=1e-9)

@@ -167,7 +167,7 @@ class _GearSetConversion:
                 stated = " and ".join(f"{n} = {x:g} module" for n, x in shifts.items())
                 raise InputError(f"{gear.label}: {stated}; they must be equal")
             return {"profile_shift": values[0]}
-        if self._has_span_measurement(sources) and not self._helix_angle(gear):
+        if self._has_span_measurement(sources):
             return {}
         self.assumed.append(f"profile shift of {gear.label}: 0, not stated")
         return {}
@@ -271,9 +271,6 @@ class _GearSetConversion:
     def _span_values(
         self, gear: Component, sources: list[Component], entry: dict[str, Any]
     ) -> dict[str, Any]:
-        if "helix_angle_deg" in entry:
-            self.assumed.append(f"tooth thickness of {gear.label}: without thinning")
-            return {}
         if not self._has_span_measurement(sources):
             self.assumed.append(
                 f"tooth thickness of {gear.label}: without thinning, no "
@@ -488,7 +485,7 @@ def _convert_spur_stages(gearbox: RexsGearbox, source: str, name: str) -> RexsGe
         "[[gear]]": [gear.label for gear in spur.gears],
         "[[mesh]]": [stage.component.label for stage in spur.stages],
     }
-    description = f"Spur stages of {source}, REXS {gearbox.model.version}"
+    description = f"Stages of {source}, REXS {gearbox.model.version}"
     return _gear_set(name, description, tables, conversion.assumed, left_out, labels)
 
 

@@ -364,6 +364,25 @@ def test_helical_stages_are_read():
     assert teeth.root_radius == pytest.approx(27.6e-3, rel=1e-9)
 
 
+def test_spans_of_helical_gears_are_read():
+    text, shifts = helical(), []
+    place = text.index(">", text.index('<component id="31"')) + 1
+    for length_mm in (41.5, 41.4):
+        span = (
+            f'<attribute id="span_measurement" unit="mm">{length_mm}</attribute>'
+            '<attribute id="number_of_teeth_for_span_measurement">5</attribute>'
+        )
+        result = converted(text[:place] + span + text[place:])
+        gear = tomllib.loads(result.text)["gear"][3]
+        assert (gear["span_mm"], gear["span_teeth"]) == (length_mm, 5)
+        assert "tooth thickness of cylindrical_gear 31" not in str(result.assumed)
+        shifts.append(read_gear_set(result.text).gears[3].geometry.profile_shift)
+    # in normal modules: no shift is stated, and a flank moves by x m sin(alpha)
+    change = (shifts[1] - shifts[0]) / math.cos(0.2)
+    expected = -0.1 / (2.0 * 3.0 * math.sin(math.radians(20.0)))
+    assert change == pytest.approx(expected, rel=1e-6)
+
+
 def test_helices_of_one_sign_are_magnitudes():
     result = converted(helical(("0.2", "0.2")))
     assert "hand" not in tomllib.loads(result.text)["gear"][2]
