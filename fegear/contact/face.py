@@ -85,7 +85,7 @@ class FaceLoads:
     """Loads over the face width at torques (t), positions (n), pairs (k), slices (m).
 
     place : (m,) from the middle of the common width [m]
-    base_helix_angle : of the driver [rad]
+    base_helix_angle : of the driver [rad], reversed where it turns clockwise
     path_position : (n, k, m) of slices on the path of contact [base pitches]
     on_path : (n, k, m) whether flanks touch there, away from the ends of the path
     load : (t, n, k, m) normal force per length of the line of contact [N/m]

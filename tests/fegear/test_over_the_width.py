@@ -117,8 +117,8 @@ def test_the_pressure_at_the_pitch_point_is_that_of_hertz(solved):
     for t, values in enumerate(solved.key_figures):
         loads = face.load[t][near & face.on_path]
         hertz = 1e-6 * np.sqrt(loads * modulus / (np.pi * radius))
-        found = values["pressure_at_pitch_point_plane_strain_MPa"]
-        assert 0.98 * hertz.max() < found < 1.02 * hertz.max()
+        pressure = values["pressure_at_pitch_point_plane_strain_MPa"]
+        assert 0.98 * hertz.max() < pressure < 1.02 * hertz.max()
         assert hertz.min() > 0.8 * hertz.max()
 
 

@@ -333,7 +333,7 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
         f"{_helix_in_words(pair)},\n"
         f"operating pressure angle "
         f"{math.degrees(pair.operating_pressure_angle):.2f} deg, "
-        f"backlash {1e6 * pair.backlash:.0f} um",
+        f"backlash {round(1e6 * pair.backlash)} um",
         fontsize=9,
     )
 

@@ -228,9 +228,9 @@ def test_loads_of_one_tooth_along_the_path():
     cycle = solve_cycle(gears, [TORQUE], POSITIONS)
     face, places = cycle.face, np.linspace(-0.6, 0.6, 31)
     straight = 2.0 + 3.0 * face.path_position + face.place
-    found = face_along_path(cycle, face, straight, places)
+    on_places = face_along_path(cycle, face, straight, places)
     expected = 2.0 + 3.0 * places[:, None] + face.place
-    assert found == pytest.approx(expected, rel=1e-9)
+    assert on_places == pytest.approx(expected, rel=1e-9)
     load = face_along_path(cycle, face, face.load[0], places)
     inside = load[np.abs(places) < 0.3]
     assert inside.min() > 0.3 * inside.max()
