@@ -73,7 +73,7 @@ def layered_functions(width: float, layers: Sequence[float]) -> WidthFunctions:
 
 
 def polynomials(width: float, degree: int) -> WidthFunctions:
-    """Legendre polynomials up to a degree, of which M_kl is the width or 0."""
+    """Legendre polynomials up to a degree: M_kl is the width where k = l, else 0."""
     z, weights = _quadrature(width)
     values, slopes = polynomial_values(width, degree, z)
     return WidthFunctions(values, slopes, weights)

@@ -35,7 +35,7 @@ def _lead(entry: LeadEntry | None) -> FlankLead | None:
 
 
 def require_uniform_loads(gear_set: GearSet, task: str) -> None:
-    """Refuse gears whose loads vary over the face width, of which a task knows none."""
+    """Refuse gears whose loads vary over the face width, for a task without them."""
     for mesh in gear_set.meshes:
         if not mesh.varies_over_width:
             continue

@@ -314,6 +314,23 @@ class GearSet:
         middle = 0.5 * sum(self._common_ends(mesh))
         return middle, middle - self.meshes[mesh].offset
 
+    def overlap_ratio(self, mesh: int) -> float:
+        """Base pitches by which the helix leads over the common width.
+
+        Parameters
+        ----------
+        mesh : int
+            Index of the mesh, from 0.
+
+        Returns
+        -------
+        float
+            Overlap ratio, 0 of spur gears.
+        """
+        driver = self.meshes[mesh].pair.driver
+        lead = abs(driver.base_radius * driver.twist * self.common_width(mesh))
+        return lead / driver.base_pitch
+
     def engagement(self, mesh: int) -> tuple[float, float]:
         """Positions at which a tooth pair comes into contact and leaves it.
 
@@ -330,11 +347,8 @@ class GearSet:
             Of the pair in the middle of the common width, from the pitch point [base
             pitches].
         """
-        pair = self.meshes[mesh].pair
-        driver = pair.driver
-        lead = abs(driver.twist * driver.base_radius) * self.common_width(mesh)
-        start, end = pair.path
-        half_overlap = 0.5 * lead / pair.base_pitch
+        start, end = self.meshes[mesh].pair.path
+        half_overlap = 0.5 * self.overlap_ratio(mesh)
         return start - half_overlap, end + half_overlap
 
     def _common_ends(self, mesh: int) -> tuple[float, float]:

@@ -78,10 +78,8 @@ def face_problem(
 
 def slices_over_width(gear_set: GearSet, mesh: int, resolution: Resolution) -> int:
     """Number of slices; with much overlap as many as a base pitch of it needs."""
-    start, end = gear_set.meshes[mesh].pair.path
-    first, last = gear_set.engagement(mesh)
-    overlap = (last - first) - (end - start)
-    return max(resolution.slices, math.ceil(resolution.slices_per_pitch * overlap))
+    for_overlap = resolution.slices_per_pitch * gear_set.overlap_ratio(mesh)
+    return max(resolution.slices, math.ceil(for_overlap))
 
 
 def _require_known(gear_set: GearSet, mesh: int, settings: StaticsSettings) -> None:

@@ -234,8 +234,7 @@ def _face_figures(gear_set: GearSet, number: int) -> dict[str, float]:
     mesh, figures = gear_set.meshes[number], {}
     width = gear_set.common_width(number)
     if mesh.is_helical:
-        gear = mesh.pair.driver
-        overlap = abs(gear.base_radius * gear.twist * width) / gear.base_pitch
+        overlap = gear_set.overlap_ratio(number)
         figures["overlap_ratio"] = overlap
         figures["total_contact_ratio"] = mesh.pair.contact_ratio + overlap
     if mesh.offset:
