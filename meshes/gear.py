@@ -126,6 +126,11 @@ class SpurGear(Involute):
         return self.tip_radius
 
     @property
+    def normal_profile_shift(self) -> float:
+        """Profile shift in modules of the normal section."""
+        return self.profile_shift / self.helix_cosine
+
+    @property
     def root_radius(self) -> float:
         shift = self.profile_shift * self.module
         return self.reference_radius + shift - self.dedendum
@@ -236,8 +241,8 @@ class SpurGear(Involute):
             foot, least = floored(1e3 * waist(self)), 1e3 * MIN_WAIST * self.module
             raise GeometryError(
                 "profile_shift",
-                f"{self.profile_shift:g}; undercut leaves {foot} mm of the tooth's "
-                f"foot, at least {ceiled(least)} mm is needed",
+                f"{self.normal_profile_shift:g}; undercut leaves {foot} mm of the "
+                f"tooth's foot, at least {ceiled(least)} mm is needed",
             )
         require_bound(
             "tip_radius",
@@ -264,8 +269,9 @@ class SpurGear(Involute):
             return
         thickness = self.tip_thickness
         reason = (
-            f"the tooth is pointed: tip thickness {floored(1e3 * thickness)} mm, "
-            f"{ceiled(1e3 * MIN_TIP_LAND * self.module)} mm are needed"
+            f"the tooth is pointed: {self.section_name}tip thickness "
+            f"{floored(1e3 * thickness)} mm, {ceiled(1e3 * MIN_TIP_LAND * self.module)}"
+            " mm are needed"
         )
         form = self.form_radius
         if not self._has_land(form):
@@ -386,20 +392,21 @@ def bisected(fits: Callable[[float], bool], inside: float, outside: float) -> fl
 def require_rack(gear: SpurGear) -> None:
     """Require teeth, module and rack within their limits."""
     require("teeth", gear.teeth >= 5, f"{gear.teeth}", "at least 5 teeth are needed")
-    shift = gear.profile_shift  # before the tip, whose default follows from it
-    limits = f"must be {-MAX_SHIFT:g} to {MAX_SHIFT:g}"
-    require("profile_shift", abs(shift) <= MAX_SHIFT, f"{shift:g}", limits)
     for field in ("module", "dedendum"):
         length: float = getattr(gear, field)
         ok = 0.0 < length < math.inf
         require(field, ok, stated_mm(length), "must be positive and finite")
+    shift = gear.normal_profile_shift  # before the tip, whose default follows from it
+    limits = f"must be {-MAX_SHIFT:g} to {MAX_SHIFT:g}"
+    require("profile_shift", abs(shift) <= MAX_SHIFT, f"{shift:g}", limits)
     degrees = math.degrees(gear.pressure_angle)
     require(
         "pressure_angle", 5.0 <= degrees <= 35.0, f"{degrees:g} deg", "must be 5 to 35"
     )
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module
-    limit = f"must stay below half a module, {floored(5e5 * gear.module)} um"
+    half = f"half a {gear.section_name}module, {floored(5e5 * gear.module)} um"
+    limit = f"must stay below {half}"
     require("tooth_thinning", ok, f"{1e6 * thinning:.6g} um", limit)
     rho = gear.rack_tip_radius
     require("rack_tip_radius", rho > 0.0, stated_mm(rho), "must be positive")

@@ -66,6 +66,21 @@ class Involute:
         return math.atan(self.twist * self.base_radius)
 
     @property
+    def helix_cosine(self) -> float:
+        """Cosine of the helix angle on the reference cylinder, 1 of spur gears."""
+        return math.cos(math.atan(self.twist * self.reference_radius))
+
+    @property
+    def normal_module(self) -> float:
+        """Module in the normal section, that of the rack [m]."""
+        return self.helix_cosine * self.module
+
+    @property
+    def section_name(self) -> str:
+        """What a length across the axis is called, nothing where there is one alone."""
+        return "transverse " if self.twist else ""
+
+    @property
     def pitch_angle(self) -> float:
         """Angle between teeth, 2 pi / z."""
         return 2.0 * self.sign * math.pi / self.teeth

@@ -11,7 +11,7 @@ from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.faults.building import faults_of
 from fegear.gearset.faults.checks import require_running
 from fegear.gearset.helix import hands
-from fegear.gearset.leads import leads_by_key, require_faces
+from fegear.gearset.leads import leads_by_key, misalignment, require_faces
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
 from fegear.gearset.modifications import FlankModifications, FlankProfile, Relief
@@ -201,6 +201,7 @@ def _build_mesh(
         phase=_phase(entry, is_first_mesh=number == 0),
         center_line=_center_line(entry),
         backlash=_backlash(entry, pair),
+        misalignment=misalignment(entry),
         offset=entry.offset_mm * MM,
         mean_stiffness=entry.mean_stiffness_N_per_m,
         stiffness_variation=entry.stiffness_variation,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from fegear.files.errors import InputError
-from fegear.gearset.model import GearSet
+from fegear.gearset.model import Gear, GearSet, Mesh
 from fegear.gearset.modifications import FlankLead
 from fegear.gearset.schema import LeadEntry, MeshEntry, mesh_label
+from lumped.common.array_types import Array
 from lumped.common.units import MM, UM
 from meshes.gear import floored
 
@@ -17,21 +18,46 @@ def leads_by_key(entry: MeshEntry) -> dict[str, FlankLead | None]:
     leads: dict[str, FlankLead | None] = {}
     for role in ("driver", "driven"):
         key = f"{role}_lead"
-        leads[key] = _lead(getattr(entry, key) or entry.lead)
+        own = getattr(entry, key)
+        # the slope between both flanks is a misalignment
+        leads[key] = _lead(entry.lead, 0.0) if own is None else _lead(own, own.slope_um)
     return leads
 
 
-def _lead(entry: LeadEntry | None) -> FlankLead | None:
-    if entry is None or not (
-        entry.crowning_um or entry.slope_um or entry.end_relief_um
-    ):
+def misalignment(entry: MeshEntry) -> float:
+    """Gap at the far end that belongs to neither gear alone [m]."""
+    slope_um = 0.0 if entry.lead is None else entry.lead.slope_um
+    return (entry.misalignment_um + slope_um) * UM
+
+
+def _lead(entry: LeadEntry | None, slope_um: float) -> FlankLead | None:
+    if entry is None or not (entry.crowning_um or slope_um or entry.end_relief_um):
         return None
     return FlankLead(
         crowning=entry.crowning_um * UM,
-        slope=entry.slope_um * UM,
+        slope=slope_um * UM,
         end_relief=entry.end_relief_um * UM,
         end_length=(entry.end_relief_length_mm or 0.0) * MM,
     )
+
+
+def width_gap(gear_set: GearSet, mesh: int, places: Array) -> Array:
+    """Gap between the flanks of a mesh over its common width, along the line of action.
+
+    That of the leads of both gears and of misaligned axes.
+
+    places : (n,) from the middle of the common width [m]
+
+    Returns (n,) [m].
+    """
+    spec = gear_set.meshes[mesh]
+    gap = spec.misalignment * (0.5 + places / gear_set.common_width(mesh))
+    middles = gear_set.width_middles(mesh)
+    for index, flank, middle in zip(spec.gears, spec.flanks, middles, strict=True):
+        if flank.lead is not None:
+            width = gear_set.gears[index].face_width
+            gap = gap + flank.lead.depth(places + middle, width)
+    return gap
 
 
 def require_uniform_loads(gear_set: GearSet, task: str) -> None:
@@ -40,13 +66,19 @@ def require_uniform_loads(gear_set: GearSet, task: str) -> None:
         if not mesh.varies_over_width:
             continue
         one, two = (gear_set.gears[gear].name for gear in mesh.gears)
-        has = "are helical" if mesh.is_helical else "have a lead modification"
-        if mesh.offset and not mesh.is_helical:
-            has = "have an axial offset"
         raise InputError(
-            f'gears "{one}" and "{two}" {has}; allowed for {task} are spur gears with '
-            "neither lead modification nor offset_mm"
+            f'gears "{one}" and "{two}" {_variation(mesh)}; allowed for {task} are '
+            "spur gears with neither lead modification, misalignment_um nor offset_mm"
         )
+
+
+def _variation(mesh: Mesh) -> str:
+    """Why loads vary over the face width."""
+    if mesh.is_helical:
+        return "are helical"
+    if mesh.offset:
+        return "have an axial offset"
+    return "are misaligned" if mesh.misalignment else "have a lead modification"
 
 
 def require_spur(gear_set: GearSet, setting: str) -> None:
@@ -74,6 +106,8 @@ def require_faces(gear_set: GearSet) -> None:
                 f"{floored(most / MM)} mm, so that a tenth of the narrower width is in "
                 "mesh"
             )
+        misaligned = f"{where}: misalignment_um or lead.slope_um"
+        _require_shallow(misaligned, mesh.misalignment, gears[0])
         for role, gear, flank in zip(
             ("driver", "driven"), gears, mesh.flanks, strict=True
         ):
@@ -87,12 +121,16 @@ def require_faces(gear_set: GearSet) -> None:
                     f"{lead.end_length / MM:g}; must be at most {floored(half / MM)} "
                     f'mm, half the face width of gear "{gear.name}"'
                 )
-            limit = 0.5 * gear.geometry.module
             for key in ("crowning", "slope", "end_relief"):
                 depth = getattr(lead, key)
-                if abs(depth) > limit:
-                    raise InputError(
-                        f"{where}: {role}_lead.{key}_um = {depth / UM:g}; must be "
-                        f"from -{floored(limit / UM)} to {floored(limit / UM)}, half "
-                        "the module"
-                    )
+                _require_shallow(f"{where}: {role}_lead.{key}_um", depth, gear)
+
+
+def _require_shallow(name: str, depth: float, gear: Gear) -> None:
+    """Refuse a depth [m] of more than half the module, that of the file."""
+    limit = 0.5 * gear.geometry.normal_module
+    if abs(depth) > limit:
+        raise InputError(
+            f"{name} = {depth / UM:g}; must be from -{floored(limit / UM)} to "
+            f"{floored(limit / UM)}, half the module"
+        )

@@ -77,6 +77,8 @@ class Mesh:
     center_line : direction from driver to driven, counter-clockwise from x [rad],
         or None for centres in a row along x
     backlash : along the line of action, as given or as the teeth have it [m]
+    misalignment : of the axes, gap at the far end of the common width that decreases
+        linearly to none at the near end [m]
     offset : middle of the driven gear's width from the driver's, along the axis [m]
     mean_stiffness : over the mesh cycle, for analytic stiffness waves [N/m]
     stiffness_variation : peak to peak over the mean
@@ -89,6 +91,7 @@ class Mesh:
     backlash: float
     driver_flank: FlankModifications = UNMODIFIED
     driven_flank: FlankModifications = UNMODIFIED
+    misalignment: float = 0.0
     offset: float = 0.0
     torques: tuple[float, ...] = ()
     phase: float | None = None
@@ -116,7 +119,8 @@ class Mesh:
     def varies_over_width(self) -> bool:
         """Whether teeth carry different loads along the face width."""
         has_lead = any(flank.lead is not None for flank in self.flanks)
-        return self.is_helical or has_lead or self.offset != 0.0
+        is_aligned = self.offset == 0.0 and self.misalignment == 0.0
+        return self.is_helical or has_lead or not is_aligned
 
     @property
     def flanks(self) -> Flanks:

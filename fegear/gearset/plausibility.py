@@ -48,18 +48,19 @@ def _thickness_warnings(gear: Gear) -> Iterator[str]:
     teeth = gear.geometry
     if not gear.thickness_origin:
         return
-    thinning = teeth.tooth_thinning / teeth.module
+    thinning = teeth.tooth_thinning / teeth.module  # both across the axis
     where = f'gear "{gear.name}": {gear.thickness_origin} gives'
     if abs(thinning) > MAX_THINNING:
         yield with_code(
             "W38",
             f"{where} tooth_thinning_um = {1e6 * teeth.tooth_thinning:.4g}, "
-            f"{thinning:.3g} modules; gears have {-MAX_THINNING:g} to {MAX_THINNING:g}",
+            f"{thinning:.3g} {teeth.section_name}modules; gears have "
+            f"{-MAX_THINNING:g} to {MAX_THINNING:g}",
         )
-    if abs(teeth.profile_shift) > MAX_SHIFT:
+    if abs(teeth.normal_profile_shift) > MAX_SHIFT:
         yield with_code(
             "W38",
-            f"{where} profile_shift = {teeth.profile_shift:.4g}; gears have "
+            f"{where} profile_shift = {teeth.normal_profile_shift:.4g}; gears have "
             f"{-MAX_SHIFT:g} to {MAX_SHIFT:g}",
         )
 

@@ -494,8 +494,9 @@ class LeadEntry(Keys):
     slope_um: Signed = Field(
         default=0.0,
         description="Material missing at the far end of the face width, linear from "
-        "none at the near end: helix slope deviation, or misalignment of the shafts. "
-        "Seen from the near end the driver of the first mesh turns counter-clockwise.",
+        "none at the near end: helix slope deviation. In lead, which names no gear, "
+        "that of both gears together, as misalignment_um. Seen from the near end the "
+        "driver of the first mesh turns counter-clockwise.",
     )
     end_relief_um: NotNegative = Field(
         default=0.0,
@@ -572,7 +573,8 @@ class MeshKeys(Keys):
         default=None, description="Root relief of the driven gear."
     )
     profile: ProfileEntry | None = Field(
-        default=None, description="Profile modification of both gears."
+        default=None,
+        description="Profile modification of both gears, each of which has all of it.",
     )
     driver_profile: ProfileEntry | None = Field(
         default=None, description="Profile modification of the driving gear."
@@ -581,13 +583,22 @@ class MeshKeys(Keys):
         default=None, description="Profile modification of the driven gear."
     )
     lead: LeadEntry | None = Field(
-        default=None, description="Lead modification of both gears."
+        default=None,
+        description="Lead modification of both gears: each has all of its crowning and "
+        "end relief, which add up along the normal; its slope counts once.",
     )
     driver_lead: LeadEntry | None = Field(
         default=None, description="Lead modification of the driving gear."
     )
     driven_lead: LeadEntry | None = Field(
         default=None, description="Lead modification of the driven gear."
+    )
+    misalignment_um: Signed = Field(
+        default=0.0,
+        description="Misalignment of the axes in the plane of action: gap at the far "
+        "end of the common face width, linear from none at the near end, once for "
+        "both gears. Seen from the near end the driver of the first mesh turns "
+        "counter-clockwise.",
     )
     offset_mm: Signed = Field(
         default=0.0,
@@ -600,6 +611,12 @@ class MeshKeys(Keys):
         for place in ("tip_relief", "root_relief", "profile", "lead"):
             for role in ("driver", "driven"):
                 require_at_most_one(self, place, f"{role}_{place}")
+        if self.misalignment_um and self.lead is not None and self.lead.slope_um:
+            raise ValueError(
+                f"misalignment_um = {self.misalignment_um:g} and lead.slope_um = "
+                f"{self.lead.slope_um:g} are given; only one is allowed, they are the "
+                "same gap"
+            )
         return self
 
 

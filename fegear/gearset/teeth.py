@@ -83,8 +83,8 @@ class Blank(Involute):
         return -1 if self.entry.internal else 1
 
     @property
-    def normal_module(self) -> float:
-        return self.entry.module_mm * MM
+    def twist(self) -> float:
+        return math.tan(self.helix_angle) / self.reference_radius
 
     @cached_property
     def thickness(self) -> ToothThickness:
@@ -205,8 +205,8 @@ class Blank(Involute):
 
     def default_tip(self, shortening: float = 0.0) -> Tip:
         """The tip without keys; shortening : of the addendum [m]."""
-        normal_shift = self.thickness.profile_shift / math.cos(self.helix_angle)
-        addendum = (1.0 + normal_shift) * self.normal_module - shortening
+        shifted = self.normal_module + self.thickness.profile_shift * self.module
+        addendum = shifted - shortening
         return self._tip_of_addendum(addendum, " by default")
 
     def cut(self, tip: Tip) -> SpurGear:
@@ -290,7 +290,7 @@ class Blank(Involute):
         default_values = {
             "dedendum_mm": self.dedendum / MM,
             "rack_tip_radius_mm": self.rack_tip_radius / MM,
-            "profile_shift": self.thickness.profile_shift / math.cos(self.helix_angle),
+            "profile_shift": self.thickness.profile_shift / self.helix_cosine,
             "tooth_thinning_um": self.thickness.thinning / UM,
             "cutter_teeth": self.cutter_teeth,
         }

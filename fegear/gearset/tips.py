@@ -51,7 +51,7 @@ class Spacing:
         """Difference of the sum of profile shifts and the distance of the reference
         circles [m]. Tips that are shortened by it keep their clearance (DIN 3960)."""
         one, two = self.one, self.two
-        shifts = one.thickness.profile_shift + two.thickness.profile_shift
+        shifts = _shift_sum(one, two)
         reference = one.reference_radius + two.reference_radius
         return shifts * one.module - (self.center_distance - abs(reference))
 
@@ -80,11 +80,10 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
         distance = base_radius_bound / math.cos(
             _pressure_angle_without_backlash(mesh, one, two)
         )
-        shifts = one.thickness.profile_shift + two.thickness.profile_shift
         inference = (
             f"{mesh.label}: center_distance_mm = {distance / MM:.7g} by default, at "
             f"which teeth of full thickness have no backlash; sum of profile shifts "
-            f"{shifts:.6g}"
+            f"{_shift_sum(one, two) / one.helix_cosine:.6g}"
         )
         return Spacing(one, two, distance, inference)
     if not mesh.center_distance_mm * MM > base_radius_bound:
@@ -99,16 +98,21 @@ def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
 
 def _pressure_angle_without_backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:
     """Operating pressure angle [rad] at which teeth that are not thinned just fit."""
-    shifts = one.thickness.profile_shift + two.thickness.profile_shift
+    shifts = _shift_sum(one, two)
     teeth = one.sign * one.teeth + two.sign * two.teeth
     alpha = one.pressure_angle
     operating_involute = involute(alpha) + 2.0 * math.tan(alpha) * shifts / teeth
     if operating_involute <= 0.0:
         raise InputError(
             f"{mesh.label}: center_distance_mm is missing; the sum of profile shifts "
-            f"{shown(shifts)} fits none"
+            f"{shown(shifts / one.helix_cosine)} fits none"
         )
     return inverse_involute(operating_involute)
+
+
+def _shift_sum(one: Blank, two: Blank) -> float:
+    """Sum of profile shifts in modules of the section across the axis."""
+    return one.thickness.profile_shift + two.thickness.profile_shift
 
 
 def base_radii_text(one: Blank, two: Blank) -> str:

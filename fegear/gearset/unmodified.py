@@ -29,13 +29,16 @@ def unmodified(gear_set: GearSet, mesh: int) -> GearSet:
 
 
 def without_relief(gear_set: GearSet, mesh: int) -> GearSet:
-    """The gear set with one mesh's teeth left without profile modification.
+    """The gear set with one mesh's teeth and axes left without gaps between flanks.
 
-    Wear of all teeth alike is one.
+    Modifications are left out, of which wear of all teeth alike is one, and so is
+    misalignment.
     """
     meshes, gears = list(gear_set.meshes), list(gear_set.gears)
     plain = UNMODIFIED
-    meshes[mesh] = replace(meshes[mesh], driver_flank=plain, driven_flank=plain)
+    meshes[mesh] = replace(
+        meshes[mesh], driver_flank=plain, driven_flank=plain, misalignment=0.0
+    )
     for index in meshes[mesh].gears:
         faults = gears[index].faults
         if any(wear.tooth is None for wear in faults.worn):

@@ -12,15 +12,11 @@ from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults, without_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
 from fegear.gearset.model import GearSet
-from fegear.gearset.phases import mesh_phases
-from fegear.gearset.pitch_errors import (
-    mesh_errors,
-    tooth_pair_errors,
-    without_pitch_errors,
-)
+from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
 from fegear.gearset.unmodified import has_faults, unmodified, without_relief
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.gap_points import gap_points
+from fegear.statics.inputs import statics_inputs
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
 from lumped.train.excitation import MeshExcitation
 from lumped.train.excitation_tables import excitation_from_table, repeat_table
@@ -83,19 +79,14 @@ class Excitations:
         self, gear_set: GearSet, mesh: int, torque: float, positions: int | None = None
     ) -> StaticsResult:
         """Statics of a mesh; positions : of a base pitch, if not as usual."""
-        spec = gear_set.meshes[mesh]
-        errors = mesh_errors(gear_set, mesh)
-        gears = tuple(gear_set.gears[i] for i in (spec.driver, spec.driven))
-        flanks = spec.flanks
         settings = self.settings.statics_of(gear_set, mesh)
         settings = replace(settings, positions=positions or settings.positions)
-        placement = (
-            _mesh_placement(gear_set, mesh) if has_faults(gear_set, mesh) else None
-        )
-        key = (spec.pair, gears, flanks, errors, torque, settings.positions, placement)
+        # what is not in the key is not in what is solved
+        inputs = statics_inputs(gear_set, mesh)
+        key = (inputs, mesh, torque, settings)
         result = self._results.pop(key, None)
         if result is None:
-            result = self._solve_statics(gear_set, mesh, torque, settings)
+            result = self._solve_statics(inputs, mesh, torque, settings)
         self._results[key] = result  # the one used last is the last to be dropped
         while len(self._results) > MAX_TABLES:
             del self._results[next(iter(self._results))]
@@ -267,14 +258,4 @@ def _widen_loaded_range(nominal_table: MeshTable, wider_table: MeshTable) -> Mes
         )
     return MeshTable(
         nominal_table.torque_Nm, nominal_table.position, columns, wider_table.header
-    )
-
-
-def _mesh_placement(gear_set: GearSet, mesh: int) -> tuple[object, ...]:
-    """On what it depends in a set which faulty teeth meet, and where centres are."""
-    phases = (phase.value for phase in mesh_phases(gear_set))
-    return (
-        mesh,
-        tuple(phases),
-        tuple(gear_mesh.direction for gear_mesh in gear_set.meshes),
     )

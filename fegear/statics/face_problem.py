@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from fegear.contact.face import FaceContact, slice_places
 from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.elasticity.cache import cached_flank_compliance, cached_wide_flank
 from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
 from fegear.files.errors import InputError
+from fegear.gearset.leads import width_gap
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.schema import mesh_label
@@ -34,8 +33,7 @@ def face_problem(
     slices = slices_over_width(gear_set, mesh, resolution)
     materials, flanks, wide = [], [], []
     width, middles = gear_set.common_width(mesh), gear_set.width_middles(mesh)
-    places = slice_places(width, slices)
-    gap = np.zeros(slices)
+    gap = width_gap(gear_set, mesh, slice_places(width, slices))
     for i, index in enumerate(spec.gears):
         gear, modifications = gear_set.gears[index], spec.flanks[i]
         report(f"compliance of {gear.name}", i, 2)
@@ -43,8 +41,6 @@ def face_problem(
         material = PlaneMaterial(*constants, "width", gear.face_width)
         materials.append(material)
         wide.append(cached_wide_flank(gear.geometry, material, size))
-        if modifications.lead is not None:
-            gap += modifications.lead.depth(places + middles[i], gear.face_width)
         section = cached_flank_compliance(gear.geometry, material.section, size)
         flanks.append(
             ContactFlank(

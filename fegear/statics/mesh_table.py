@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import combinations
 
 import numpy as np
@@ -17,6 +18,7 @@ from fegear.contact.path import (
 )
 from fegear.contact.problem import ContactCycle, ContactProblem
 from fegear.files.version import package_version
+from fegear.gearset.leads import width_gap
 from fegear.gearset.model import GearSet
 from fegear.statics.mesh_result import ErrorEstimate, largest_errors, teeth_text
 from fegear.statics.root_stress import RootStresses
@@ -153,6 +155,7 @@ def table_header(
         "teeth": teeth_text(spec.pair),
         "contact ratio": f"{spec.pair.contact_ratio:.6g}",
         "base pitch [mm]": format_exact(1e3 * spec.pair.base_pitch),
+        **_width_gaps(gear_set, mesh),
         "plane": settings.plane_of(gear_set),
         "resolution": settings.resolution,
         "friction coefficient": format_exact(settings.friction),
@@ -179,3 +182,18 @@ def table_header(
                 f"estimated as {error.root_stress:.2g} of the peak"
             )
     return header
+
+
+def _width_gaps(gear_set: GearSet, mesh: int) -> dict[str, str]:
+    """Gap of both flanks over the common width; nothing where there is none."""
+    width = gear_set.common_width(mesh)
+    gaps = 1e6 * width_gap(gear_set, mesh, width * np.array([-0.5, 0.0, 0.5]))
+    if not gaps.any():
+        return {}
+    cosine = math.cos(gear_set.meshes[mesh].pair.driver.base_helix_angle)
+    ends = zip(("near end", "middle", "far end"), cosine * gaps, strict=True)
+    return {
+        "gap of both flanks along the normal [um]": ", ".join(
+            f"{end} {gap:.6g}" for end, gap in ends
+        )
+    }

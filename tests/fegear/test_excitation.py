@@ -13,6 +13,9 @@ from fegear.gearset.unmodified import unmodified
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.gap_points import gap_points
+from fegear.statics.inputs import statics_inputs
+from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import solve_mesh
 from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
@@ -105,6 +108,43 @@ def test_tables_are_solved_once(elements, monkeypatch):
     monkeypatch.setattr(Excitations, "_solve_statics", lambda *_: pytest.fail("again"))
     varied = load_gear_set("liu-idler", {"mesh.2.phase": 0.3})
     assert elements.table(varied, 0, 100.0) is table
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("liu-idler", {"gear.pinion.inertia_kg_m2": 1.0, "mesh.1.backlash_um": 30.0}),
+        ("liu-idler", {"mesh.1.center_line_deg": 30.0, "mesh.2.center_line_deg": 80.0}),
+        ("liu-countershaft", {"mesh.1.tip_relief.magnitude_um": 5.0}),
+        ("planetary-24-36-96", {"gear.sun.mass_kg": 2.0}),
+        ("liu-idler", {"gear.idler.pitch_errors_um": [3.0, *[0.0] * 54]}),
+    ],
+)
+def test_statics_read_their_inputs_alone(name, changes):
+    """What the memory of tables does not tell apart changes no table."""
+    gear_set = load_gear_set(name, changes)
+    settings = StaticsSettings(
+        positions=4, resolution="coarse", estimate_error=False, root_stress=False
+    )
+    for mesh in range(min(2, len(gear_set.meshes))):
+        inputs = statics_inputs(gear_set, mesh)
+        reduced, full = (
+            solve_mesh(gears, mesh, [20.0], settings) for gears in (inputs, gear_set)
+        )
+        assert reduced.table.header == full.table.header
+        assert reduced.table.columns.keys() == full.table.columns.keys()
+        for column in full.table.columns:
+            np.testing.assert_array_equal(reduced.table[column], full.table[column])
+
+
+def test_tables_of_other_places_over_the_width_differ():
+    """An axial offset, and misalignment, are no gaps of single flanks."""
+    tables = {"mesh.1.misalignment_um": 4.0}
+    plain, moved, tilted = (
+        statics_inputs(load_gear_set("liu-pair", {**tables, **extra}), 0)
+        for extra in ({}, {"mesh.1.offset_mm": 2.0}, {"mesh.1.misalignment_um": 5.0})
+    )
+    assert len({plain, moved, tilted}) == 3
 
 
 def test_tables_that_were_used_last_are_kept(monkeypatch):

@@ -8,9 +8,12 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from fegear.commands.show.fault_values import fault_figures
 from fegear.commands.show.planetary_values import planetary_figures
 from fegear.gearset.inertia import inertia_of, mass_of
+from fegear.gearset.leads import width_gap
 from fegear.gearset.model import Gear, GearSet, Mesh
 from fegear.gearset.modifications import FlankLead, FlankProfile, Relief
 from fegear.gearset.phases import geometric_phase, mesh_phases
@@ -91,6 +94,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         **_spring_figures(gear),
         "rack_tip_radius_mm": 1e3 * teeth.rack_tip_radius,
         "tip_thickness_mm": 1e3 * teeth.tip_thickness,
+        **_normal_tip_figures(teeth),
         "tooth_thickness_mm": 1e3 * teeth.tooth_thickness,
         **_measured_figures(teeth),
         "form_roll_angle_deg": math.degrees(teeth.form_roll_length / teeth.base_radius),
@@ -118,18 +122,25 @@ def _rack_figures(teeth: SpurGear) -> dict[str, Any]:
     if not isinstance(teeth, HelicalGear):
         names = "module_mm", "pressure_angle_deg", "profile_shift"
         return dict(zip(names, (*across, teeth.profile_shift), strict=True))
-    cosine = math.cos(teeth.helix_angle)
-    normal = math.atan(math.tan(teeth.pressure_angle) * cosine)
+    normal = math.atan(math.tan(teeth.pressure_angle) * teeth.helix_cosine)
     return {
-        "module_mm": cosine * across[0],
+        "module_mm": 1e3 * teeth.normal_module,
         "pressure_angle_deg": math.degrees(normal),
-        "profile_shift": teeth.profile_shift / cosine,
+        "profile_shift": teeth.normal_profile_shift,
         "helix_angle_deg": math.degrees(abs(teeth.helix_angle)),
         "hand": "right" if teeth.helix_angle > 0.0 else "left",
         "base_helix_angle_deg": math.degrees(abs(teeth.base_helix_angle)),
         "transverse_module_mm": across[0],
         "transverse_pressure_angle_deg": across[1],
     }
+
+
+def _normal_tip_figures(teeth: SpurGear) -> dict[str, float]:
+    """Tip thickness of helical teeth in the normal section of the tip cylinder."""
+    if not teeth.twist:
+        return {}
+    cosine = math.cos(math.atan(teeth.twist * teeth.tip_radius))
+    return {"normal_tip_thickness_mm": 1e3 * cosine * teeth.tip_thickness}
 
 
 def _spring_figures(gear: Gear) -> dict[str, float]:
@@ -179,11 +190,10 @@ def _center_distance_figures(pair: GearPair) -> dict[str, float]:
         abs(driver.base_radius + driven.base_radius),
     )
     distance = bases / math.cos(inverse_involute(value)) if value > 0.0 else math.nan
-    # shifts are in modules of the normal section
-    cosine = math.cos(math.atan(driver.twist * driver.reference_radius))
+    # shifts of files are in modules of the normal section
     return {
-        "profile_shift_sum": shifts / cosine,
-        "fitting_profile_shift_sum": at_distance / cosine,
+        "profile_shift_sum": shifts / driver.helix_cosine,
+        "fitting_profile_shift_sum": at_distance / driver.helix_cosine,
         "fitting_center_distance_mm": 1e3 * distance,
     }
 
@@ -230,13 +240,23 @@ def mesh_figures(gear_set: GearSet, number: int) -> dict[str, Any]:
 
 
 def _face_figures(gear_set: GearSet, number: int) -> dict[str, float]:
-    """The overlap of helical gears and the common width of shifted ones."""
+    """The overlap of helical gears, and what differs over the width of others.
+
+    normal_width_gap : between both flanks along their normal, by leads and misalignment
+    """
     mesh, figures = gear_set.meshes[number], {}
     width = gear_set.common_width(number)
     if mesh.is_helical:
         overlap = gear_set.overlap_ratio(number)
         figures["overlap_ratio"] = overlap
         figures["total_contact_ratio"] = mesh.pair.contact_ratio + overlap
+    if mesh.misalignment:
+        figures["misalignment_um"] = 1e6 * mesh.misalignment
+    if any(flank.lead for flank in mesh.flanks) or mesh.misalignment:
+        cosine = math.cos(mesh.pair.driver.base_helix_angle)
+        gaps = width_gap(gear_set, number, np.array([-0.5, 0.0, 0.5]) * width)
+        names = (f"normal_width_gap_{end}_um" for end in ("near", "middle", "far"))
+        figures |= zip(names, (1e6 * cosine * gaps).tolist(), strict=True)
     if mesh.offset:
         figures["offset_mm"] = 1e3 * mesh.offset
         figures["common_face_width_mm"] = 1e3 * width

@@ -45,6 +45,11 @@ HEADERS = {
     "center_line_deg": "Centre line [deg]",
     "normal_backlash_um": "Normal backlash of the teeth [um]",
     "backlash_um": "Backlash of lumped models [um]",
+    "misalignment_um": "Misalignment, gap at the far end [um]",
+    "normal_width_gap_near_um": "Normal gap of both flanks, near end [um]",
+    "normal_width_gap_middle_um": "Normal gap of both flanks, middle [um]",
+    "normal_width_gap_far_um": "Normal gap of both flanks, far end [um]",
+    "normal_tip_thickness_mm": "Normal tip thickness [mm]",
     "approach_pitches": "Path of approach [base pitches]",
     "recess_pitches": "Path of recess [base pitches]",
     "geometric_phase_pitches": "Phase by geometry [base pitches]",
@@ -74,6 +79,26 @@ HEADERS = {
     "force_sum": "Sum of the planets' forces, largest of both senses",
     "magnitude_um": "[um]",
     "length_pitches": "length [pitch angles]",
+}
+# Section of a helical gear in which lengths and angles are those of the table.
+NORMAL, TRANSVERSE = "normal", "transverse"
+SECTION_OF_FIGURE = {
+    **dict.fromkeys(
+        ("module_mm", "pressure_angle_deg", "profile_shift", "rack_tip_radius_mm"),
+        NORMAL,
+    ),
+    **dict.fromkeys(("profile_shift_sum", "fitting_profile_shift_sum"), NORMAL),
+    **dict.fromkeys(
+        ("tooth_thinning_um", "tip_thickness_mm", "tooth_thickness_mm"), TRANSVERSE
+    ),
+    **dict.fromkeys(
+        ("operating_pressure_angle_deg", "contact_ratio", "base_pitch_mm"), TRANSVERSE
+    ),
+    **dict.fromkeys(("backlash_um", "misalignment_um"), TRANSVERSE),
+    **dict.fromkeys(("approach_pitches", "recess_pitches"), TRANSVERSE),
+    **dict.fromkeys(("magnitude_um", "crowning_um", "slope_um"), TRANSVERSE),
+    **dict.fromkeys(("end_relief_um", "length_pitches"), TRANSVERSE),
+    **dict.fromkeys(("least_deviation_um", "largest_deviation_um"), TRANSVERSE),
 }
 # Names of columns, and what is in another table.
 HIDDEN_OF_GEARS = {"name", "form_roll_angle_deg", "tip_roll_angle_deg"}
@@ -146,13 +171,14 @@ class DerivedGeometryResult(StudyResult):
             yield from _planetary_page(values)
             gears, meshes = _without_equal_planets(gears, meshes)
         names = [gear["name"] for gear in gears]
-        yield _figures_table("Gear", names, gears, HIDDEN_OF_GEARS)
+        helical = any(mesh.is_helical for mesh in self.gears.meshes)
+        yield _figures_table("Gear", names, gears, HIDDEN_OF_GEARS, helical)
         pairs = [f"{mesh['driver']} > {mesh['driven']}" for mesh in meshes]
-        yield _figures_table("Mesh", pairs, meshes, HIDDEN_OF_MESHES)
+        yield _figures_table("Mesh", pairs, meshes, HIDDEN_OF_MESHES, helical)
         for pair, mesh in zip(pairs, meshes, strict=True):
             title, flanks = f"Flanks of {pair}", mesh["flanks"]
             sides = [flank["gear"] for flank in flanks]
-            yield _figures_table(title, sides, flanks, HIDDEN_OF_FLANKS)
+            yield _figures_table(title, sides, flanks, HIDDEN_OF_FLANKS, helical)
         faults = [line for gear in self.gears.gears for line in fault_lines(gear)]
         if faults:
             yield "Faults:"
@@ -232,15 +258,22 @@ def shaft_line(
 
 
 def _figures_table(
-    corner: str, names: Sequence[str], items: Sequence[dict[str, Any]], hidden: set[str]
+    corner: str,
+    names: Sequence[str],
+    items: Sequence[dict[str, Any]],
+    hidden: set[str],
+    helical: bool = False,
 ) -> ColumnTable:
-    """A column for each item, a row for each figure that any of them has."""
+    """A column for each item, a row for each figure that any of them has.
+
+    helical : whether labels name the section
+    """
     flat_items = [flattened(item) for item in items]
     all_keys = dict.fromkeys(key for figures in flat_items for key in figures)
     keys = [key for key in all_keys if key not in hidden]
     cells = ([shown_value(figures.get(key)) for key in keys] for figures in flat_items)
     columns = dict(zip(names, cells, strict=True))
-    return ColumnTable(list(map(header, keys)), columns, corner)
+    return ColumnTable([header(key, helical) for key in keys], columns, corner)
 
 
 def flattened(figures: dict[str, Any]) -> dict[str, Any]:
@@ -257,13 +290,26 @@ def flattened(figures: dict[str, Any]) -> dict[str, Any]:
     return flat
 
 
-def header(key: str) -> str:
-    """`base_radius_mm` as `Base radius [mm]`."""
+def header(key: str, helical: bool = False) -> str:
+    """`base_radius_mm` as `Base radius [mm]`.
+
+    helical : whether the section of lengths and angles is named
+    """
     place, _, name = key.rpartition(".")
     end = next((end for end in LABELS if name.endswith(end)), "")
     label = name.removesuffix(end).replace("_", " ") + LABELS.get(end, "")
     text = f"{place.replace('_', ' ')} {HEADERS.get(name, label)}".strip()
+    if helical and (section := section_of(name)):
+        quantity, bracket, unit = text.partition(" [")
+        text = f"{quantity}, {section}{bracket}{unit}"
     return text[0].upper() + text[1:]
+
+
+def section_of(name: str) -> str:
+    """Section of a helical gear that a figure is of, nothing where it has none."""
+    if name.endswith("_roll_angle_deg"):
+        return TRANSVERSE
+    return SECTION_OF_FIGURE.get(name, "")
 
 
 def shown_value(value: Any) -> str:

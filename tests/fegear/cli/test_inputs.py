@@ -13,9 +13,11 @@ import json
 import os
 import re
 from collections.abc import Iterator
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 from cli_commands import ROOT_COMMAND, commands
 from history_files import written
@@ -24,12 +26,16 @@ from quick_benchmarks import answer_at_once
 from rexs_files import RexsWriter, as_xml
 from slow_tests import in_tier_of
 
+from fegear import ExcitationSettings, LumpedModel, Map
 from fegear.cli import run
+from fegear.files.errors import InputError
 from fegear.files.toml import toml_text
 from fegear.gearset import read_gear_set
 from fegear.gearset.edit import LISTS, edited
 from fegear.gearset.problems import lists_tables, model_of
 from fegear.gearset.schema import Document, GearDefaults, MeshKeys, replaced_keys
+from fegear.train.lumped_models import lumped_system
+from lumped.steady.maps import Axis
 
 Tables = dict[str, Any]
 PAIR: Tables = {
@@ -1370,6 +1376,7 @@ KEYS: dict[str, Key] = {
         for lead in ("lead", "driver_lead", "driven_lead")
         for key, case in lead_keys(lead).items()
     },
+    "mesh.misalignment_um": Key(6.0, (SHOWN, STIFF)),
     "mesh.offset_mm": Key(2.0, (SHOWN, STIFF)),
     "plane": Key("strain", (STIFF, FINITE)),
     "shaft.gears": Key(["b", "c", "z"], (MODES,), JOINED),
@@ -1462,3 +1469,71 @@ def test_a_default_of_rings_is_that_of_the_ring_alone(name):
     }
     by_gear = RING | {"gear": [gears[0], bare | extra]}
     assert read_gear_set(toml_text(by_default)) == read_gear_set(toml_text(by_gear))
+
+
+# single numbers of gears, meshes and shafts, but for those of whole sets of planets
+NUMBERS = [
+    name
+    for name, key in KEYS.items()
+    if isinstance(key.value, int | float)
+    and not isinstance(key.value, bool)
+    and name.partition(".")[0] in ("gear", "mesh", "shaft")
+    and (key.commands or name in FAULT_VALUES)
+]
+FE_AXIS = ExcitationSettings(positions=8, resolution="coarse")
+GIVEN_AXIS = ExcitationSettings(kind="rectangular")
+
+
+def numbers_in(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Numbers and arrays of a value and of the values in it, by their places."""
+    if is_dataclass(value):
+        value = {field.name: getattr(value, field.name) for field in fields(value)}
+    if isinstance(value, dict):
+        for name, inner in value.items():
+            yield from numbers_in(inner, f"{path}.{name}")
+    elif isinstance(value, list | tuple):
+        for number, inner in enumerate(value):
+            yield from numbers_in(inner, f"{path}.{number}")
+    elif isinstance(value, int | float | np.ndarray):
+        yield path, np.asarray(value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("excitation", [FE_AXIS, GIVEN_AXIS], ids=lambda e: e.kind)
+@pytest.mark.parametrize("name", NUMBERS)
+def test_a_value_of_an_axis_is_that_of_the_key(tmp_path, name, excitation):
+    """Tables of the other value of the axis are in the memory then."""
+    key = KEYS[name]
+    table, _, rest = name.partition(".")
+    if lists_tables([table, *rest.split(".")[:-1]]):
+        rest = rest.replace(".", ".1.")
+    axis_name = f"{table}.{key.entry}.{rest}" if key.entry else f"defaults.{rest}"
+    if excitation.kind != "fe" and key.tables is FAULTY:
+        pytest.skip("faults are not known of given stiffness waves")
+    tables = edited(key.tables, {"load.torques_Nm": [20.0]})
+    single = edited(tables, {axis_name: key.value})
+    path = tmp_path / "set.toml"
+    path.write_text(toml_text(tables))
+    model = LumpedModel(excitation=excitation)
+    values = (1.02 * key.value, float(key.value))
+    if isinstance(key.value, int):
+        values = (key.value + 1.0, float(key.value))
+    study = Map(
+        gear_set=str(path), over=(Axis(axis_name, values),), at=2000.0, model=model
+    )
+    problem = study.prepare()
+    with contextlib.suppress(InputError):  # the value itself is what counts
+        problem.system(values[:1])
+    try:
+        expected = lumped_system(read_gear_set(toml_text(single)), 20.0, model)
+    except InputError as error:
+        reason = str(error).partition(": ")[2]
+        with pytest.raises(InputError, match=re.escape(reason)):
+            problem.system(values[1:])
+        return
+    system = problem.system(values[1:])
+    assert [p for p, _ in numbers_in(system)] == [p for p, _ in numbers_in(expected)]
+    for (place, value), (_, other) in zip(
+        numbers_in(system), numbers_in(expected), strict=True
+    ):
+        np.testing.assert_array_equal(value, other, err_msg=place)

@@ -10,7 +10,7 @@ import pytest
 from fegear.commands.show.derived import mesh_figures
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
-from fegear.gearset.leads import require_uniform_loads
+from fegear.gearset.leads import require_uniform_loads, width_gap
 from fegear.gearset.phases import mesh_phases
 
 HELIX = 20.0
@@ -144,7 +144,7 @@ def test_a_hand_needs_a_helix():
         ({}, "are helical"),
         ({"helix_angle_deg": 0.0, "mesh": {"offset_mm": 2.0}}, "have an axial offset"),
         (
-            {"helix_angle_deg": 0.0, "mesh": {"lead": {"slope_um": 3.0}}},
+            {"helix_angle_deg": 0.0, "mesh": {"lead": {"crowning_um": 3.0}}},
             "have a lead modification",
         ),
     ],
@@ -230,3 +230,72 @@ def test_the_normal_backlash_is_that_of_the_normal_section():
     # the arc across the axis becomes a distance of flanks along their normal
     expected = 80.0 * math.cos(math.radians(HELIX)) * math.cos(math.radians(20.0))
     assert figures["normal_backlash_um"] == pytest.approx(expected, rel=1e-9)
+
+
+PLACES = np.array([-15e-3, 0.0, 15e-3])
+
+
+def test_misalignment_is_a_gap_once():
+    aligned = make_gear_set(tables(mesh={"lead": {"crowning_um": 8}}))
+    assert width_gap(aligned, 0, PLACES) == pytest.approx([16e-6, 0.0, 16e-6])
+    for keys in (
+        {"misalignment_um": 20, "lead": {"crowning_um": 8}},
+        {"lead": {"crowning_um": 8, "slope_um": 20}},
+        {"lead": {"crowning_um": 8}, "misalignment_um": 20},
+    ):
+        gears = make_gear_set(tables(mesh=keys))
+        expected = [16e-6, 10e-6, 36e-6]
+        assert width_gap(gears, 0, PLACES) == pytest.approx(expected), keys
+        assert [flank.lead.slope for flank in gears.meshes[0].flanks] == [0.0, 0.0]
+    own = make_gear_set(tables(mesh={"driver_lead": {"slope_um": 20}}))
+    assert width_gap(own, 0, PLACES) == pytest.approx([0.0, 10e-6, 20e-6])
+    assert own.meshes[0].misalignment == 0.0
+    with pytest.raises(InputError, match=r"= 5 and lead\.slope_um = 5"):
+        make_gear_set(tables(mesh={"misalignment_um": 5, "lead": {"slope_um": 5}}))
+    with pytest.raises(InputError, match=r"slope_um = 1600; must be from -1500"):
+        make_gear_set(tables(mesh={"misalignment_um": 1600}))
+
+
+def test_misalignment_is_of_the_common_width():
+    gears = make_gear_set(
+        tables(gear={"face_width_mm": 20.0}, mesh={"misalignment_um": 12.0})
+    )
+    assert gears.meshes[0].varies_over_width
+    ends = np.array([-10e-3, 10e-3])
+    assert width_gap(gears, 0, ends) == pytest.approx([0.0, 12e-6], abs=1e-18)
+
+
+def test_show_prints_the_gap_of_both_flanks_along_the_normal():
+    lead = {"crowning_um": 8, "slope_um": 20}
+    figures = mesh_figures(make_gear_set(tables(mesh={"lead": lead})), 0)
+    base = math.sin(math.radians(HELIX)) * math.cos(math.radians(20.0))
+    cosine = math.sqrt(1.0 - base**2)
+    gaps = [figures[f"normal_width_gap_{end}_um"] for end in ("near", "middle", "far")]
+    assert gaps == pytest.approx([16.0 * cosine, 10.0 * cosine, 36.0 * cosine])
+    assert figures["misalignment_um"] == pytest.approx(20.0)
+
+
+def test_shifts_are_those_of_the_normal_section():
+    sums = tables(gear={"profile_shift": 0.1})
+    gears = make_gear_set(sums)
+    assert gears.inferences[0].endswith("sum of profile shifts 0.3")
+    assert gears.gears[0].geometry.normal_profile_shift == pytest.approx(0.2)
+    assert gears.gears[0].geometry.normal_module == pytest.approx(3e-3)
+
+
+def test_a_shift_by_a_span_is_refused_as_the_normal_one():
+    """W_k = m_n (cos a_n (pi (k - 1/2) + z inv a_t) + 2 x sin a_n)."""
+    normal, helix = math.radians(20.0), math.radians(HELIX)
+    across = math.atan(math.tan(normal) / math.cos(helix))
+    teeth = math.pi * 4.5 + 40 * (math.tan(across) - across)
+    shift = (48.0 / 3.0 - math.cos(normal) * teeth) / (2.0 * math.sin(normal))
+    changed = tables()
+    two = {"name": "two", "teeth": 40, "span_mm": 48.0, "span_teeth": 5}
+    changed["gear"][1] = two
+    with pytest.raises(InputError, match=f"profile shift {shift:.6g}; must be -2 to 2"):
+        make_gear_set(changed)
+
+
+def test_half_the_module_is_half_of_the_normal_one():
+    with pytest.raises(InputError, match="must be from -1500 to 1500, half the module"):
+        make_gear_set(tables(mesh={"driver_lead": {"crowning_um": 1550.0}}))

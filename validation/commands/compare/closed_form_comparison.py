@@ -62,6 +62,7 @@ class _SolvedMesh:
     result: StaticsResult
     gears: tuple[Gear, Gear]  # driver and driven
     plane: Plane
+    misalignment: float  # m, at the far end of the width
 
     @property
     def pair(self) -> GearPair:
@@ -94,6 +95,7 @@ def compare_mesh(
         result=solve_mesh(teeth, mesh, [torque], settings),
         gears=(gear_set.gears[spec.driver], gear_set.gears[spec.driven]),
         plane=plane,
+        misalignment=spec.misalignment,
     )
     if spec.varies_over_width:
         rows = tuple(_local_slopes(solved))
@@ -114,6 +116,12 @@ def compare_mesh(
 def _unknown_to_closed_forms(solved: _SolvedMesh) -> Iterator[str]:
     """What the gears have and the closed forms have not."""
     problem = solved.result.problem
+    if solved.misalignment:
+        yield with_code(
+            "W25",
+            f"misalignment of {1e6 * solved.misalignment:.4g} um, which the closed "
+            "forms leave out",
+        )
     for gear, flank in zip(solved.gears, problem.flanks, strict=True):
         if flank.lead:
             yield with_code(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import ezdxf
 import numpy as np
@@ -11,9 +12,10 @@ from drawn_figures import axis_labels, saved_figures
 from typer.testing import CliRunner
 
 from fegear.cli import app
-from fegear.commands.show.study import shaft_line
+from fegear.commands.show.derived import gear_set_figures
+from fegear.commands.show.study import flattened, header, shaft_line
 from fegear.files.dxf import write_dxf
-from fegear.gearset import builtin_names, load_gear_set
+from fegear.gearset import builtin_names, load_gear_set, make_gear_set
 
 
 def run(*arguments: str) -> str:
@@ -135,3 +137,52 @@ def test_layers_have_names_that_cad_takes(tmp_path):
     write_dxf(tmp_path / "t.dxf", curves)
     held = ezdxf.readfile(tmp_path / "t.dxf").modelspace()
     assert [curve.dxf.layer for curve in held] == ["a_b _c_", "wheel"]
+
+
+# radii are of cylinders; these lie along the axis, between axes or about them
+NEITHER_SECTION = re.compile(
+    r"_radius_mm|^face_width|common_face|center_distance|offset_mm|center_line_deg"
+    r"|helix_angle_deg|clearance|pitch_error|end_relief_length|positions_deg|phase"
+)
+LENGTH_OR_ANGLE = re.compile(r"_(mm|um|deg|pitches)$")
+
+
+def test_lengths_and_angles_of_helical_gears_name_their_section():
+    lead = {"crowning_um": 4, "end_relief_um": 3, "end_relief_length_mm": 2}
+    relief = {"magnitude_um": 8, "start": "HPSTC"}
+    points = {"roll_angle_deg": [20, 25], "deviation_um": [0, 2], "crowning_um": 3}
+    gears = make_gear_set(
+        {
+            "name": "helical",
+            "defaults": {"module_mm": 2, "helix_angle_deg": 18, "face_width_mm": 20},
+            "gear": [
+                {"name": "a", "teeth": 23, "hub_radius_mm": 12},
+                {"name": "b", "teeth": 41, "hub_radius_mm": 20, "profile_shift": 0.1},
+            ],
+            "mesh": [
+                {
+                    "driver": "a",
+                    "driven": "b",
+                    "backlash_um": 40,
+                    "misalignment_um": 5,
+                    "offset_mm": 1,
+                    "lead": lead,
+                    "tip_relief": relief,
+                    "driver_profile": points,
+                }
+            ],
+        }
+    )
+    figures = gear_set_figures(gears)
+    mesh = figures["meshes"][0]
+    unnamed = []
+    for item in (*figures["gears"], mesh, *mesh["flanks"]):
+        for key in flattened(item):
+            name = key.rpartition(".")[2]
+            if not LENGTH_OR_ANGLE.search(name) or NEITHER_SECTION.search(name):
+                continue
+            if not re.search("normal|transverse", header(key, helical=True).lower()):
+                unnamed.append(key)
+    assert not unnamed
+    assert header("tip_thickness_mm") == "Tip thickness [mm]"
+    assert header("tip_thickness_mm", True) == "Tip thickness, transverse [mm]"
