@@ -23,6 +23,7 @@ from meshes.involute import inverse_involute, involute
 from meshes.profile import fillet_points
 from meshes.tip_interference import corner_clearance, largest_tip
 
+BACKLASH_RTOL = 1e-9  # over the base pitch; round-off does not jam the gears
 PATH_POINTS = 4000  # of the path of a tip corner through an undercut
 
 
@@ -34,12 +35,15 @@ class GearPair:
     driver, s1, from its base circle's point of tangency; s2 = length - s1. One of the
     gears may be internal: its roll lengths are negative, and so is the length.
 
+    rounding : backlash [m] that the gears may lack by the rounding of their sizes
+
     Raises GeometryError if the two cannot run together.
     """
 
     driver: SpurGear
     driven: SpurGear
     center_distance: float
+    rounding: float = 0.0
 
     def __post_init__(self) -> None:
         require_common_pitch(self)
@@ -107,7 +111,13 @@ class GearPair:
 
     @property
     def backlash(self) -> float:
-        """Normal backlash along the line of action."""
+        """Backlash along the line of action [m], 0 where it is lacking by rounding."""
+        backlash = self.backlash_of_sizes
+        return 0.0 if -self.rounding <= backlash < 0.0 else backlash
+
+    @property
+    def backlash_of_sizes(self) -> float:
+        """Backlash along the line of action by the sizes as they are [m]."""
         one, two = self.driver, self.driven
         angle = self.operating_pressure_angle
         gap = involute(angle) - one.base_half_angle + 0.5 * one.pitch_angle
@@ -118,7 +128,8 @@ class GearPair:
     @property
     def swapped(self) -> GearPair:
         """Return the pair with driver and driven gear exchanged."""
-        return GearPair(self.driven, self.driver, self.center_distance)
+        gears = self.driven, self.driver
+        return GearPair(*gears, self.center_distance, self.rounding)
 
 
 def undercut_end(gear: SpurGear) -> float:
@@ -200,7 +211,7 @@ def require_clearances(pair: GearPair) -> None:
             raise beyond("tip_radius", mate.tip_radius, bound, other[name])
     if pair.is_internal:
         require_tip_clearance(pair)
-    if pair.backlash < -1e-9 * pair.base_pitch:  # round-off does not jam the gears
+    if pair.backlash < -BACKLASH_RTOL * pair.base_pitch:
         reason = f"backlash {1e6 * pair.backlash:.6g} um, teeth would jam"
         comparison: Comparison = "at most" if pair.is_internal else "at least"
         bound = Bound(comparison, tight_center_distance(pair), reason)

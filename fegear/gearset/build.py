@@ -21,6 +21,7 @@ from fegear.gearset.planetary.carriers import carrier_inferences, carrier_of
 from fegear.gearset.problems import shown
 from fegear.gearset.profiles import flank_profile
 from fegear.gearset.refusals import Key, KeyOf, Refusal, build_or_refuse, in_unit
+from fegear.gearset.rounding import rounding_of_backlash
 from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
 from fegear.gearset.shafts import shaft_body
 from fegear.gearset.teeth import Blank, Tip, blank_of
@@ -30,8 +31,7 @@ from fegear.gearset.zones import relief
 from lumped.common.units import MM, UM
 from meshes import GearPair, GeometryError, SpurGear
 from meshes.gear import floored
-
-ROUND_OFF = 1e-9  # of a backlash, over the base pitch
+from meshes.pairing import BACKLASH_RTOL
 
 
 def build_gear_set(document: Document, folder: Path) -> GearSet:
@@ -219,7 +219,7 @@ def _backlash(entry: MeshEntry, pair: GearPair) -> float:
     """Backlash as given, otherwise that of the teeth without its round-off [m]."""
     if entry.backlash_um is not None:
         return entry.backlash_um * UM
-    return pair.backlash if pair.backlash > ROUND_OFF * pair.base_pitch else 0.0
+    return pair.backlash if pair.backlash > BACKLASH_RTOL * pair.base_pitch else 0.0
 
 
 def _phase(entry: MeshEntry, is_first_mesh: bool) -> float | None:
@@ -240,7 +240,8 @@ def _build_pair(
     tips: tuple[Tip, Tip],
 ) -> GearPair:
     try:
-        pair = GearPair(*gears, mesh_spacing.center_distance)
+        rounding = rounding_of_backlash(entry, mesh_spacing.one, mesh_spacing.two)
+        pair = GearPair(*gears, mesh_spacing.center_distance, rounding)
     except GeometryError as error:
         raise _refusal_of_pair(entry, error, tips, mesh_spacing) from None
     ratio = entry.contact_ratio

@@ -72,6 +72,24 @@ def require_uniform_loads(gear_set: GearSet, task: str) -> None:
         )
 
 
+def require_no_width_gap(gear_set: GearSet, mesh: int, task: str) -> None:
+    """Refuse gaps that vary over the width, for a task that has one gap of a pair."""
+    spec = gear_set.meshes[mesh]
+    flanks = spec.flanks
+    has_lead = any(flank.lead is not None for flank in flanks) or spec.misalignment
+    has_profile = any(
+        (*flank.reliefs, flank.profile) != (None,) * 3 for flank in flanks
+    )
+    if not has_lead and not (spec.is_helical and has_profile):
+        return
+    one, two = (gear_set.gears[gear].name for gear in spec.gears)
+    raise InputError(
+        f"{mesh_label(one, two)}: {task} has one gap of a tooth pair, and the gap of "
+        f"{'its lead or misalignment' if has_lead else 'helical teeth with reliefs'} "
+        "varies over the face width; allowed is the excitation by finite elements"
+    )
+
+
 def _variation(mesh: Mesh) -> str:
     """Why loads vary over the face width."""
     if mesh.is_helical:

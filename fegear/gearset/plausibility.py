@@ -11,6 +11,7 @@ from fegear.files.codes import with_code
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.placing import layout
 from meshes.internal import InternalGear
+from meshes.pairing import BACKLASH_RTOL
 
 if TYPE_CHECKING:
     from meshes import GearPair
@@ -157,7 +158,19 @@ def _backlash_warnings(gear_set: GearSet) -> Iterator[str]:
         where += ", ".join(map(str, jammed_meshes))
         jam_text = "no backlash, the teeth jam in motion; set backlash_um, or"
         keys = "center_distance_mm and tooth_thinning_um"
-        yield with_code("W55", f"{where}: {jam_text} {keys}")
+        yield with_code("W55", f"{where}: {jam_text} {keys}{_rounded_away(gear_set)}")
+
+
+def _rounded_away(gear_set: GearSet) -> str:
+    """Backlashes that are none by the rounding of the sizes alone, in words."""
+    lacking = [
+        f"mesh {number}: {1e6 * mesh.pair.backlash_of_sizes:.4g} um by the sizes, "
+        f"whose rounding explains up to {1e6 * mesh.pair.rounding:.2g} um"
+        for number, mesh in enumerate(gear_set.meshes, start=1)
+        if mesh.backlash == 0.0
+        and mesh.pair.backlash_of_sizes < -BACKLASH_RTOL * mesh.pair.base_pitch
+    ]
+    return f" ({'; '.join(lacking)})" if lacking else ""
 
 
 def _gears_by_plane(gear_set: GearSet) -> list[set[int]]:

@@ -11,6 +11,7 @@ import numpy as np
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults, without_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
+from fegear.gearset.leads import require_no_width_gap
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
 from fegear.gearset.unmodified import has_faults, unmodified, without_relief
@@ -162,7 +163,9 @@ class Excitations:
     def _excitation_from_figures(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
-        require_no_faults(gear_set, FAULT_KINDS, f"{self.settings.kind} stiffness")
+        task = f"{self.settings.kind} stiffness"
+        require_no_faults(gear_set, FAULT_KINDS, task)
+        require_no_width_gap(gear_set, mesh, task)
         spec = gear_set.meshes[mesh]
         figures = self.figures(gear_set, mesh, torque)
         force = torque / spec.pair.driver_arm
@@ -191,13 +194,13 @@ class Excitations:
             variation = float(
                 np.ptp(table["stiffness_N_per_m"]) / table["stiffness_N_per_m"].mean()
             )
-        pair = spec.pair
+        start, end = gear_set.engagement(mesh)
         try:
             return StiffnessParameters(
                 mean=mean,
                 variation=variation,
-                contact_ratio=pair.contact_ratio,
-                approach=-pair.path[0],
+                contact_ratio=end - start,
+                approach=-start,
                 load_share=0.5 if spec.load_share is None else spec.load_share,
                 ramp=self.settings.ramp if self.settings.kind == "trapezoid" else 0.0,
             )

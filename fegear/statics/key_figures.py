@@ -79,18 +79,23 @@ def _pressure_at_pitch_point(
 def _over_face(
     problem: ContactProblem, cycle: ContactCycle, t: int
 ) -> dict[str, float]:
-    """How loads are distributed over the face width; nothing where they are equal."""
+    """How loads are distributed over the face width; nothing where they are equal.
+
+    The largest load per length is that of all contacts, as in the file of loads, and
+    beside it the largest of those on the path of contact, where no tip corner touches.
+    """
     face, loads = problem.face, cycle.face
     if face is None or loads is None:
         return {}
     on_path = np.where(loads.on_path, loads.load[t], 0.0)
-    n, k, m = np.unravel_index(on_path.argmax(), on_path.shape)
+    n, k, m = np.unravel_index(loads.load[t].argmax(), on_path.shape)
     return {
         "overlap_ratio": face.overlap(problem.pair.driver),
         "load_distribution_factor": float(loads.distribution_factor[t]),
         "largest_line_load_N_per_mm": 1e-3 * float(loads.load[t, n, k, m]),
         "largest_line_load_at_mm": 1e3 * float(loads.place[m]),
         "largest_line_load_at_position": float(cycle.position[n]),
+        "largest_line_load_on_path_N_per_mm": 1e-3 * float(on_path.max()),
         "axial_force_N": float(loads.axial_force[t].mean()),
         "load_center_mm": 1e3 * float(loads.center[t].mean()),
         "load_center_peak_to_peak_mm": 1e3 * float(np.ptp(loads.center[t])),

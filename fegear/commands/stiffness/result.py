@@ -58,11 +58,15 @@ FACE_COLUMNS: Columns = {
     "line load\nmax N/mm": cell("largest_line_load_N_per_mm", 4),
     "at\nmm": cell("largest_line_load_at_mm", 3),
     "at position\nbase pitches": cell("largest_line_load_at_position", 4),
+    "on the path\nmax N/mm": cell("largest_line_load_on_path_N_per_mm", 4),
     "axial\nforce N": cell("axial_force_N", 4),
     "load centre\nmean mm": cell("load_center_mm", 3),
     "load centre\np-p mm": cell("load_center_peak_to_peak_mm", 3),
 }
-FACE_TITLE = "Loads over the face width, places from its middle"
+FACE_TITLE = (
+    "Loads over the face width, places from its middle; line load of all contacts, tip "
+    "corners among them, and of those on the path"
+)
 
 DROP_COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
@@ -263,6 +267,20 @@ class StiffnessResult(StudyResult):
             "{corner_contact}, face width {face_width_mm:g} mm"
         ).format_map(self.summary)
 
+    def _carried_over(self) -> str:
+        """Which of both stiffnesses describes vibration about the load elsewhere."""
+        face = self.solved.problem.face
+        mean = "mean k is the load over the deflection from no load"
+        if face is not None and np.ptp(face.gap):
+            last = self.summary["torques"][-1]
+            names = "mean_stiffness_N_per_m", "mean_local_stiffness_N_per_m"
+            below = 100.0 * (1.0 - last[names[0]] / last[names[1]])
+            mean += (
+                f", which closes the gap over the width first: {below:.2g} % below "
+                f"local k at {last['torque_Nm']:g} N m"
+            )
+        return f"for vibration in other programs take local k, the slope; {mean}"
+
     def page(self) -> Page:
         values = self.summary
         yield (
@@ -280,6 +298,7 @@ class StiffnessResult(StudyResult):
                 "them are in the table"
             )
         yield RowTable(values["torques"], COLUMNS, text_columns=())
+        yield self._carried_over()
         yield RowTable(values["torques"], STRESS_COLUMNS, STRESS_TITLE, text_columns=())
         if self.solved.problem.face is not None:
             yield "root stress is not computed where loads vary over the face width"
