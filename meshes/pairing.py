@@ -154,25 +154,24 @@ def require_path(pair: GearPair) -> None:
     a = pair.center_distance
     bound = Bound("must be above", bases, f"the {name} of base radii")
     require_bound("center_distance", bases < a < math.inf, a, bound)
-    if not pair.contact_ratio >= 1.0:
-        _refuse_contact_ratio(pair)
+    # helical teeth take over from each other along the width as well
+    least = 0.0 if pair.driver.twist else 1.0
+    if not pair.contact_ratio >= least:
+        _refuse_contact_ratio(pair, least)
 
 
-def _refuse_contact_ratio(pair: GearPair) -> None:
+def _refuse_contact_ratio(pair: GearPair, least: float) -> None:
     """Raise GeometryError with the centre distance, or what else, that raises it."""
     one, two = pair.driver, pair.driven
-    ratio = f"contact ratio {floored(pair.contact_ratio)}, at least 1 is needed"
-    if one.twist:  # which may move on by their overlap, but are not known
-        ratio = f"transverse {ratio} of helical gears as well"
-    else:
-        ratio = f"{ratio} for continuous motion"
+    ratio = f"{one.section_name}contact ratio {floored(pair.contact_ratio)}"
+    ratio = f"{ratio}, at least {least:g} is needed for continuous motion"
     tips = "larger tips"
     if pair.is_internal:
         tips = "larger tips of the gear or smaller ones of the ring"
-    line = one.tip_roll_length + two.tip_roll_length - one.base_pitch
+    line = one.tip_roll_length + two.tip_roll_length - least * one.base_pitch
     if one.is_undercut or two.is_undercut:
         remedy = f"less undercut by a profile shift or more teeth, or {tips}"
-    elif pair.sign * line > 0.0:  # the line of action at a contact ratio of 1
+    elif pair.sign * line > 0.0:  # the line of action at the least contact ratio
         distance = math.hypot(line, one.base_radius + two.base_radius)
         comparison: Comparison = "at least" if pair.is_internal else "at most"
         bound = Bound(comparison, distance, f"{ratio}; or {tips}")

@@ -113,7 +113,7 @@ def require_spur(gear_set: GearSet, setting: str) -> None:
 
 def require_faces(gear_set: GearSet) -> None:
     """Require gears to face each other over the width, and leads to fit it."""
-    for mesh in gear_set.meshes:
+    for number, mesh in enumerate(gear_set.meshes):
         gears = [gear_set.gears[index] for index in mesh.gears]
         where = mesh_label(*(gear.name for gear in gears))
         widths = [gear.face_width for gear in gears]
@@ -124,6 +124,7 @@ def require_faces(gear_set: GearSet) -> None:
                 f"{floored(most / MM)} mm, so that a tenth of the narrower width is in "
                 "mesh"
             )
+        _require_engaged(gear_set, number, where)
         misaligned = f"{where}: misalignment_um or lead.slope_um"
         _require_shallow(misaligned, mesh.misalignment, gears[0])
         for role, gear, flank in zip(
@@ -142,6 +143,20 @@ def require_faces(gear_set: GearSet) -> None:
             for key in ("crowning", "slope", "end_relief"):
                 depth = getattr(lead, key)
                 _require_shallow(f"{where}: {role}_lead.{key}_um", depth, gear)
+
+
+def _require_engaged(gear_set: GearSet, mesh: int, where: str) -> None:
+    """Require helical teeth that take over from each other by path and overlap."""
+    start, end = gear_set.engagement(mesh)
+    if end - start >= 1.0:
+        return
+    transverse = gear_set.meshes[mesh].pair.contact_ratio
+    raise InputError(
+        f"{where}: total contact ratio {floored(end - start)}, transverse "
+        f"{floored(transverse)} and overlap {floored(gear_set.overlap_ratio(mesh))}; "
+        "at least 1 is needed for continuous motion, by wider gears, larger tips or a "
+        "smaller centre distance"
+    )
 
 
 def _require_shallow(name: str, depth: float, gear: Gear) -> None:

@@ -11,6 +11,7 @@ import fegear
 from fegear.commands.stiffness.path_figure import draw_path, pair_along_path
 from fegear.contact.path import roll_angles
 from fegear.files.errors import InputError
+from fegear.statics.excitation import Excitations
 from fegear.statics.face_problem import slices_over_width
 from fegear.statics.settings import RESOLUTIONS
 from fegear.statics.table_warnings import table_warnings
@@ -212,3 +213,89 @@ def test_each_gear_has_one_helix_in_all_its_meshes():
         turned = idler.twist * step / idler.pitch_angle
         assert slope == pytest.approx(turned, abs=2e-9)
         assert slope < 0.0
+
+
+LOW = {
+    "name": "low",
+    "defaults": {"module_mm": 2.5, "helix_angle_deg": 25.0, "addendum_mm": 1.3},
+    "gear": [
+        {"name": "one", "teeth": 21, "hub_radius_mm": 12.0, "face_width_mm": 30.0},
+        {"name": "two", "teeth": 45, "hub_radius_mm": 30.0, "face_width_mm": 30.0},
+    ],
+    "mesh": [{"driver": "one", "driven": "two", "backlash_um": 40.0}],
+    "load": {"gear": "one", "torques_Nm": [1.0, 100.0]},
+}
+
+
+@pytest.mark.slow
+def test_teeth_that_touch_over_less_than_a_base_pitch_across_the_axis():
+    """The overlap carries on; the transmission error knows no gap between pairs."""
+    solved = fegear.solve_mesh(fegear.make_gear_set(LOW), settings=COARSE)
+    assert solved.problem.pair.contact_ratio < 0.8
+    assert solved.cycle.residual.max() < 1e-9
+    light, heavy = solved.key_figures
+    assert light["nlte_peak_to_peak_um"] < 1e-9
+    assert heavy["ste_peak_to_peak_um"] < 0.1 * heavy["ste_mean_um"]
+    assert 1.0 < heavy["load_distribution_factor"] < 1.2
+
+
+def test_given_waves_of_helical_gears_have_the_total_contact_ratio():
+    stated = {"mean_stiffness_N_per_m": 2e8, "stiffness_variation": 0.1}
+    tables = {**HELICAL, "mesh": [{**HELICAL["mesh"][0], **stated}]}
+    gears = fegear.make_gear_set(tables)
+    source = Excitations(fegear.ExcitationSettings(kind="rectangular"))
+    figures = source.figures(gears, 0, 60.0)
+    transverse = gears.meshes[0].pair.contact_ratio
+    assert figures.contact_ratio == pytest.approx(transverse + gears.overlap_ratio(0))
+    assert figures.approach == pytest.approx(-gears.engagement(0)[0])
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"misalignment_um": 5.0},
+        {"driver_lead": {"crowning_um": 4.0}},
+        {"tip_relief": {"magnitude_um": 10.0, "start": "HPSTC"}},
+    ],
+)
+def test_given_waves_refuse_gaps_that_vary_over_the_width(keys):
+    stated = {"mean_stiffness_N_per_m": 2e8, "stiffness_variation": 0.1}
+    tables = {**HELICAL, "mesh": [{**HELICAL["mesh"][0], **stated, **keys}]}
+    source = Excitations(fegear.ExcitationSettings(kind="trapezoid"))
+    with pytest.raises(InputError, match="varies over the face width"):
+        source.mesh_excitation(fegear.make_gear_set(tables), 0, 60.0, 1)
+
+
+@pytest.mark.slow
+def test_the_largest_load_per_length_is_that_of_the_file():
+    """Tip corners carry more than the path; both are said."""
+    study = fegear.MeshStiffness(
+        gear_set=fegear.make_gear_set(HELICAL), elements=COARSE
+    )
+    result = fegear.run(study)
+    for t, figures in enumerate(result.solved.key_figures):
+        rows = result.more_tables["face_loads"]
+        torque = result.solved.cycle.torque[t]
+        chosen = rows["line_load_N_per_mm"][rows["torque_Nm"] == torque]
+        assert figures["largest_line_load_N_per_mm"] == pytest.approx(chosen.max())
+        on_path = figures["largest_line_load_on_path_N_per_mm"]
+        assert on_path <= figures["largest_line_load_N_per_mm"]
+    page = "\n".join(map(str, result.page()))
+    assert "on the path" in page
+    assert "take local k, the slope" in page
+
+
+@pytest.mark.slow
+def test_a_gap_over_the_width_makes_mean_k_smaller_and_leaves_the_slope():
+    crowned = {
+        **HELICAL,
+        "mesh": [{**HELICAL["mesh"][0], "driver_lead": {"crowning_um": 20.0}}],
+    }
+    study = fegear.MeshStiffness(
+        gear_set=fegear.make_gear_set(crowned), elements=COARSE
+    )
+    result = fegear.run(study)
+    figures = result.solved.key_figures[-1]
+    ratio = figures["mean_stiffness_N_per_m"] / figures["mean_local_stiffness_N_per_m"]
+    below = f"over the width first: {100.0 * (1.0 - ratio):.2g} % below local k"
+    assert below in " ".join("\n".join(map(str, result.page())).split())

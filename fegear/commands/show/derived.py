@@ -271,7 +271,8 @@ def _flank_figures(gear: Gear, mesh: Mesh, role: str) -> dict[str, Any]:
     """
     flank = zones(mesh.pair, role)
     modified = mesh.driver_flank if role == "driver" else mesh.driven_flank
-    teeth, single = flank.gear, flank.low <= flank.high
+    teeth = flank.gear
+    single = flank.start <= flank.low <= flank.high
     distance = mesh.pair.sign * mesh.pair.center_distance
     clearance = distance - teeth.tip_radius - flank.mate.root_radius
     return {

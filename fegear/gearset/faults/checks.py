@@ -92,8 +92,8 @@ def require_running(gear_set: GearSet) -> None:
                 f'gear "{gear.name}": missing_teeth has all {gear.geometry.teeth} '
                 "teeth; some must be left"
             )
-    for mesh in gear_set.meshes:
-        _require_handover(gear_set, mesh)
+    for number, mesh in enumerate(gear_set.meshes):
+        _require_handover(gear_set, number)
         _require_distances(gear_set, mesh)
 
 
@@ -106,11 +106,12 @@ def _require_crackable(gear_set: GearSet, gear: Gear) -> None:
 
 @dataclass(frozen=True)
 class _Side:
-    """A gear in a mesh."""
+    """A gear in a mesh; overlap : base pitches by which its helix leads."""
 
     gear: Gear
     pair: GearPair
     drives: bool
+    overlap: float
 
     def path_end(self, height: float) -> float:
         """Driver's roll length [m] of the end of the path that the gear's tip limits.
@@ -123,11 +124,10 @@ class _Side:
         return max(self.pair.line_of_action - tip, undercut_end(self.pair.driver))
 
     def contact_ratio(self, height: float) -> float:
-        """Contact ratio of a tooth with a broken tip, its mate's being whole."""
+        """Total contact ratio of a tooth with a broken tip, its mate's being whole."""
         end = self.path_end(height)
-        if self.drives:
-            return (end - self.pair.path_start) / self.pair.base_pitch
-        return (self.pair.path_end - end) / self.pair.base_pitch
+        length = end - self.pair.path_start if self.drives else self.pair.path_end - end
+        return length / self.pair.base_pitch + self.overlap
 
     @property
     def largest_height(self) -> float:
@@ -174,11 +174,12 @@ class _Side:
                 )
 
 
-def _require_handover(gear_set: GearSet, mesh: Mesh) -> None:
+def _require_handover(gear_set: GearSet, number: int) -> None:
+    mesh, overlap = gear_set.meshes[number], gear_set.overlap_ratio(number)
     gears = [gear_set.gears[gear] for gear in mesh.gears]
     where = f'mesh "{gears[0].name}"-"{gears[1].name}"'
     sides = [
-        _Side(gear, mesh.pair, drives)
+        _Side(gear, mesh.pair, drives, overlap)
         for gear, drives in zip(gears, (True, False), strict=True)
     ]
     for side in sides:
@@ -187,7 +188,7 @@ def _require_handover(gear_set: GearSet, mesh: Mesh) -> None:
     if len(faulty) < 2:
         return
     end, start = (side.path_end(side.largest_height) for side in sides)
-    ratio = (end - start) / mesh.pair.base_pitch
+    ratio = (end - start) / mesh.pair.base_pitch + overlap
     needed = 1 + sum(side.longest_run for side in sides)
     if not ratio >= needed:
         raise InputError(

@@ -299,3 +299,46 @@ def test_a_shift_by_a_span_is_refused_as_the_normal_one():
 def test_half_the_module_is_half_of_the_normal_one():
     with pytest.raises(InputError, match="must be from -1500 to 1500, half the module"):
         make_gear_set(tables(mesh={"driver_lead": {"crowning_um": 1550.0}}))
+
+
+def low_teeth(width_mm: float, **gear) -> dict:
+    """Helical teeth so low that their transverse contact ratio is below 1."""
+    two = {"name": "two", "teeth": 45, "hub_radius_mm": 30.0}
+    return {
+        "name": "low",
+        "defaults": {"module_mm": 2.5, "helix_angle_deg": 25.0, "addendum_mm": 1.3},
+        "gear": [
+            {
+                "name": "one",
+                "teeth": 21,
+                "hub_radius_mm": 12.5,
+                "face_width_mm": width_mm,
+                **gear,
+            },
+            two | {"face_width_mm": 40.0},
+        ],
+        "mesh": [{"driver": "one", "driven": "two", "backlash_um": 40.0}],
+    }
+
+
+def test_helical_gears_run_by_their_total_contact_ratio():
+    wide = make_gear_set(low_teeth(30.0))
+    assert wide.meshes[0].pair.contact_ratio < 0.8
+    start, end = wide.engagement(0)
+    assert end - start == pytest.approx(2.411, abs=1e-3)
+    flank = mesh_figures(wide, 0)["flanks"][0]
+    assert flank["lpstc_roll_angle_deg"] is None
+    with pytest.raises(InputError, match=r"total contact ratio 0\.95.*at least 1"):
+        make_gear_set(low_teeth(3.0))
+    spur = low_teeth(30.0)
+    spur["defaults"]["helix_angle_deg"] = 0.0
+    with pytest.raises(InputError, match="at least 1 is needed for continuous motion"):
+        make_gear_set(spur)
+
+
+def test_missing_teeth_are_judged_by_the_total_contact_ratio():
+    make_gear_set(low_teeth(30.0, missing_teeth=[4]))
+    with pytest.raises(InputError, match=r"2 teeth in a row; .*ratio of 2\.41"):
+        make_gear_set(low_teeth(30.0, missing_teeth=[4, 5]))
+    with pytest.raises(InputError, match=r"missing_teeth: tooth 4; .*ratio of 1\.87"):
+        make_gear_set(low_teeth(20.0, missing_teeth=[4]))
