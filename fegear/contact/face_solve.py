@@ -281,7 +281,7 @@ class Slices:
     def _residual(self, solved: SliceLoads, size: float, touches: Touches) -> float:
         """Largest gap or overlap of what touches, and overlap of what does not.
 
-        Over the transmission error; with each part's own contact under its own load.
+        Over the largest deflection, with each part's own contact under its own load.
         """
         approach, _ = self.compliance.own_contact(
             np.maximum(solved.load, TINY), self.parts, size
@@ -289,12 +289,16 @@ class Slices:
         yielded = solved.matrix @ solved.load + np.where(touches, approach, 0.0)
         opening = yielded - self.closing * (solved.ste - self.gap)
         violation = np.where(touches, np.abs(opening), np.maximum(-opening, 0.0))
-        return float(violation.max() / abs(solved.ste))
+        return float(violation.max() / self._deflection(solved))
+
+    def _deflection(self, solved: SliceLoads) -> float:
+        """Largest deflection of a slice [m]; a transmission error may have any sign."""
+        return solved.ste - float(self.gap.min())
 
     def _violated(self, matrix: Array, solved: SliceLoads, touches: Touches) -> Touches:
         """Slices that pull, and open ones that overlap."""
         opening = self.closing * (self.gap - solved.ste) + matrix @ solved.load
-        roundoff = 1e-12 * abs(solved.ste)
+        roundoff = 1e-12 * abs(self._deflection(solved))
         return np.asarray(np.where(touches, solved.load < 0.0, opening < -roundoff))
 
 
@@ -357,7 +361,8 @@ def solve_face(
             size = solver.contact_size(torque, lines)
             solved = slices.solve(torque, size, start)
             while solved.ste > limit:
-                limit *= LIMIT_GROWTH
+                # transmission errors of gaps may be negative, deflections are not
+                limit = no_load + LIMIT_GROWTH * (limit - no_load)
                 slices = solver.candidates(lines, teeth, limit)
                 solved = slices.solve(torque, size)
             start = np.maximum(solved.load, 0.0)

@@ -120,8 +120,9 @@ def _solve_load_curves(request: _Request) -> PairLoadCurves:
     unloaded_flanks = _solve_unloaded_flanks(problem, candidate_teeth, side_position)
     penetration = max_penetration * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
     gap = unloaded_flanks.gap
+    # a gap that all pairs have, as of a profile, keeps none of them out of reach
     selected_pairs = np.flatnonzero(
-        gap.min(axis=0) < PAIR_RANGE_FACTOR * max_penetration
+        gap.min(axis=0) - gap.min() < PAIR_RANGE_FACTOR * max_penetration
     )
     teeth, arc = (
         candidate_teeth[selected_pairs],

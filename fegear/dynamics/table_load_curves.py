@@ -101,7 +101,8 @@ def load_curves_at(
     gap = _interpolate_along_path(
         path, path.gap, position[:, None] + teeth_ahead, OPEN_GAP
     )
-    is_within_reach = gap.min(axis=0) < PAIR_RANGE_FACTOR * path.penetration[-1]
+    reach = PAIR_RANGE_FACTOR * path.penetration[-1]
+    is_within_reach = gap.min(axis=0) - gap.min() < reach
     teeth, path_position = (
         teeth_ahead[is_within_reach],
         position[:, None] + teeth_ahead[is_within_reach],

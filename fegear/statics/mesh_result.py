@@ -30,7 +30,9 @@ ROOT_ERROR_FACTOR = 2.0  # the same of the root stress
 
 @dataclass(frozen=True)
 class ErrorEstimate:
-    """Estimated relative discretisation error of the transmission error at one torque.
+    """Estimated discretisation error of the transmission error at one torque.
+
+    Relative to the deflection, the transmission error beyond that without load.
 
     Attributes
     ----------
@@ -45,6 +47,9 @@ class ErrorEstimate:
     root_stress : float
         Largest error of the root stress of either gear over its peak; NaN where that is
         not computed.
+    peak_to_peak : float
+        Error of its peak-to-peak value over that value, from the range of the changes;
+        NaN where it does not vary.
     distribution : float
         Error of the load distribution factor K_Hbeta, slices among what is coarser; NaN
         where loads are uniform over the face width.
@@ -68,6 +73,7 @@ class ErrorEstimate:
     path: float
     corner: float
     root_stress: float = math.nan
+    peak_to_peak: float = math.nan
     distribution: float = math.nan
 
     @property
@@ -277,13 +283,15 @@ def error_estimate(
     mean_change: float,
     is_corner: NDArray[np.bool_],
     root_change: float = math.nan,
+    peak_to_peak_change: float = math.nan,
     distribution_change: float = math.nan,
 ) -> ErrorEstimate:
     """Estimate from relative changes (n,) against a coarser resolution.
 
-    mean_change : mean of the changes' amounts over the mean transmission error
+    mean_change : mean of the changes' amounts over the mean deflection
     is_corner : (n,) positions with a tip corner in contact
     root_change : largest change of the root stress over its peak
+    peak_to_peak_change : range of the changes over that of the transmission error
     distribution_change : relative, of K_Hbeta
     """
     largest = float(change.max()) if is_corner.any() else math.nan
@@ -292,6 +300,7 @@ def error_estimate(
         path=ERROR_FACTOR * float(change[~is_corner].max(initial=0.0)),
         corner=ERROR_FACTOR * largest,
         root_stress=ROOT_ERROR_FACTOR * root_change,
+        peak_to_peak=ERROR_FACTOR * peak_to_peak_change,
         distribution=ERROR_FACTOR * distribution_change,
     )
 
@@ -318,6 +327,9 @@ def discretisation(error: ErrorEstimate | None) -> dict[str, float | None]:
         "discretisation_ste_mean": error.mean if error else None,
         "discretisation_ste_path": error.path if error else None,
         "discretisation_ste_corner": _finite_or_none(error.corner) if error else None,
+        "discretisation_ste_peak_to_peak": (
+            _finite_or_none(error.peak_to_peak) if error else None
+        ),
         "discretisation_root_stress": (
             _finite_or_none(error.root_stress) if error else None
         ),

@@ -372,13 +372,17 @@ def _estimate_errors(
         change = np.abs(coarse_cycle.face.distribution_factor - factor)
         distribution_change = change / factor
     ste = cycle.ste[:, : position.size]
-    ste_change = np.abs(coarse_cycle.ste - ste)
+    deflection = np.abs(ste - cycle.no_load[:, : position.size])
+    change = coarse_cycle.ste - ste
+    with np.errstate(divide="ignore", invalid="ignore"):
+        peak_to_peak_change = np.ptp(change, axis=1) / np.ptp(ste, axis=1)
     return tuple(
         error_estimate(
-            ste_change[t] / np.abs(ste[t]),
-            float(ste_change[t].mean() / np.abs(ste[t].mean())),
+            np.abs(change[t]) / deflection[t],
+            float(np.abs(change[t]).mean() / deflection[t].mean()),
             corner_positions(problem, cycle, t)[: position.size],
             float(root_change[t]),
+            float(peak_to_peak_change[t]),
             float(distribution_change[t]),
         )
         for t in range(len(cycle.torque))

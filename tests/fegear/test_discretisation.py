@@ -8,12 +8,13 @@ import math
 import numpy as np
 import pytest
 
+import fegear
 from fegear.cli import run
 from fegear.contact.problem import corner_positions
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, make_gear_set
-from fegear.statics.mesh_result import ErrorEstimate, largest_errors
+from fegear.statics.mesh_result import ErrorEstimate, error_estimate, largest_errors
 from fegear.statics.settings import RESOLUTIONS, Fineness, Resolution, StaticsSettings
 from fegear.statics.solving import contact_problem, solve_mesh
 from validation.commands.validate.random_sets.generator import draw_pair, draw_torque
@@ -105,3 +106,32 @@ def test_the_largest_of_no_estimates_is_none():
     largest = largest_errors([none])
     assert largest is not None
     assert math.isnan(largest.corner)
+
+
+def test_errors_are_over_the_deflection():
+    """A profile that is in excess everywhere moves the transmission error alone."""
+    settings = fegear.StaticsSettings(
+        positions=16, resolution="coarse", root_stress=False
+    )
+    points = {"roll_angle_deg": [15.0, 29.0], "deviation_um": [9.0, 9.0]}
+    solved = [
+        fegear.solve_mesh(
+            fegear.load_gear_set("liu-pair", changes),
+            torques_on_driver=[121.3],
+            settings=settings,
+        )
+        for changes in ({}, {"mesh.1.driver_profile": points})
+    ]
+    plain, moved = solved
+    assert plain.cycle.ste - moved.cycle.ste == pytest.approx(9e-6, rel=1e-2)
+    assert abs(moved.cycle.ste.mean()) < 0.1 * plain.cycle.ste.mean()
+    for name in ("mean", "path", "corner", "peak_to_peak"):
+        errors = [getattr(result.error, name) for result in solved]
+        assert errors[1] == pytest.approx(errors[0], rel=0.05), name
+
+
+def test_the_error_of_the_peak_to_peak_is_that_of_the_range_of_changes():
+    change = np.array([0.01, 0.02, 0.0, -0.01])
+    ranges = error_estimate(np.abs(change), 0.01, np.zeros(4, bool), math.nan, 0.3)
+    assert ranges.peak_to_peak == pytest.approx(3.5 * 0.3)
+    assert math.isnan(ranges.distribution)

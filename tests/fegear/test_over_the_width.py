@@ -299,3 +299,17 @@ def test_a_gap_over_the_width_makes_mean_k_smaller_and_leaves_the_slope():
     ratio = figures["mean_stiffness_N_per_m"] / figures["mean_local_stiffness_N_per_m"]
     below = f"over the width first: {100.0 * (1.0 - ratio):.2g} % below local k"
     assert below in " ".join("\n".join(map(str, result.page())).split())
+
+
+def test_light_loads_on_flanks_with_an_excess_of_material_are_solved():
+    """The search for slices in contact grows from the transmission error of the gap."""
+    tables = {**HELICAL, "mesh": [{**HELICAL["mesh"][0], "misalignment_um": -10.0}]}
+    settings = replace(COARSE, positions=4, estimate_error=False)
+    gears = fegear.make_gear_set(tables)
+    torques = [0.3, 1.0, 30.0]
+    solved = fegear.solve_mesh(gears, torques_on_driver=torques, settings=settings)
+    assert (solved.cycle.no_load < 0.0).all()
+    assert solved.cycle.residual.max() < 1e-9
+    deflection = solved.cycle.ste - solved.cycle.no_load
+    assert (np.diff(deflection, axis=0) > 0.0).all()
+    assert (deflection > 0.0).all()

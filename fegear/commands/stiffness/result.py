@@ -351,6 +351,7 @@ def _values_at_crack_tip(
 def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
     if values["discretisation_ste_mean"] is not None:
         corner = values["discretisation_ste_corner"]
+        peak = values["discretisation_ste_peak_to_peak"]
         distribution = values["discretisation_load_distribution_factor"]
         yield with_code(
             "E01",
@@ -358,6 +359,7 @@ def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
             f"{values['discretisation_ste_mean']:.1e}, on the path "
             f"{values['discretisation_ste_path']:.1e}, corner contact "
             + (f"{corner:.1e}" if corner is not None else "none")
+            + ("" if peak is None else f", of its peak to peak {peak:.1e}")
             + ("" if distribution is None else f"; of K_Hbeta {distribution:.1e}"),
         )
     if values["discretisation_root_stress"] is not None:
