@@ -98,7 +98,7 @@ class StaticsResult(Result):
     seconds : dict of str to float
         Computing time of each stage [s].
     mesh : int
-        Index of the mesh, from 0.
+        Number of the mesh, counted from 1.
     name : str
         Number of the mesh and the names of its gears.
     pitches : int

@@ -50,7 +50,7 @@ NO_FRICTION = "the coupled model has no friction"
 class LumpedModel:
     """Lumped model of a gear set's train."""
 
-    number: Number = option(1, f"{SPRING_MODELS}; {COUPLED_MODEL}; {AUTO_MODEL}.")
+    number: Number = option("auto", f"{SPRING_MODELS}; {COUPLED_MODEL}; {AUTO_MODEL}.")
     without: tuple[str, ...] = option(
         (),
         "Part of the coupled model to leave out; there may be several. hardening: "

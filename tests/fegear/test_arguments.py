@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -45,7 +45,7 @@ def test_an_array_without_a_length_is_a_number():
     for study in (fegear.Sweep, fegear.Dynamics):
         one = study(gear_set=gears, torque=100.0, speeds=np.array(2000.0))
         assert one.speeds == (2000.0,)
-    with pytest.raises(ValueError, match=r"torques_on_driver = .*; must be a list"):
+    with pytest.raises(ValueError, match=r"torques_on_driver = .* or a list"):
         fegear.solve_mesh(gears, torques_on_driver=np.array(100.0))
 
 
@@ -83,7 +83,9 @@ def test_paths_are_names(tmp_path):
     assert fegear.load_gear_set(source).name == "liu-pair"
 
 
-QUICK = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
+QUICK = fegear.LumpedModel(
+    number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
+)
 ONE = {"speeds": [1000.0], "torque": [100.0], "model": QUICK}
 
 
@@ -224,3 +226,31 @@ def test_a_key_of_megabytes_is_not_echoed_whole(key):
     with pytest.raises(fegear.InputError) as caught:
         fegear.Sweep(gear_set="liu-pair", speeds=key)
     assert len(str(caught.value)) < 5000
+
+
+def test_a_model_is_auto_wherever_it_is_not_chosen():
+    studies = fegear.Sweep, fegear.Motion, fegear.Branches, fegear.Signals
+    for study in studies:
+        (default,) = (f.default for f in fields(study) if f.name == "model")
+        assert default == fegear.LumpedModel(), study
+    assert fegear.LumpedModel().number == "auto"
+
+
+def test_studies_of_model_1_take_a_model_that_is_auto():
+    model = fegear.LumpedModel(excitation=QUICK.excitation)
+    theory = fegear.Theory(gear_set="liu-pair", torque=100.0, model=model).prepare()
+    assert theory.model.number == 1
+    assert theory.reason == "model 1: closed forms are those of models 1, 2 and 3"
+
+
+def test_one_torque_of_a_mesh_is_a_number():
+    gears = fegear.load_gear_set("liu-pair")
+    settings = fegear.StaticsSettings(
+        positions=2, resolution="coarse", estimate_error=False
+    )
+    one, several = (
+        fegear.solve_mesh(gears, torques_on_driver=torques, settings=settings)
+        for torques in (100.0, [100.0])
+    )
+    assert one.table == several.table
+    assert one.mesh == 1

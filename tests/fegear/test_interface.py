@@ -124,12 +124,12 @@ def test_frames_where_pandas_is_there(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", frames)
     gears = fegear.load_gear_set("liu-pair")
     settings = fegear.StaticsSettings(positions=4, resolution="coarse")
-    table = fegear.solve_mesh(gears, 0, [50.0, 100.0], settings)
+    table = fegear.solve_mesh(gears, 1, [50.0, 100.0], settings)
     columns = table.to_frame()
     np.testing.assert_array_equal(columns["torque_Nm"], [50.0] * 4 + [100.0] * 4)
     np.testing.assert_array_equal(columns["position"], [0.0, 0.25, 0.5, 0.75] * 2)
     np.testing.assert_array_equal(columns["ste_m"], table.table["ste_m"].ravel())
-    model = fegear.LumpedModel(excitation=FAST)
+    model = fegear.LumpedModel(number=1, excitation=FAST)
     study = fegear.Sweep(
         gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model, direction="up"
     )
@@ -140,7 +140,7 @@ def test_the_summary_of_a_sweep_is_that_of_the_command(capsys):
     from fegear.cli import run
 
     gears = fegear.load_gear_set("liu-pair")
-    model = fegear.LumpedModel(excitation=FAST)
+    model = fegear.LumpedModel(number=1, excitation=FAST)
     result = fegear.run(
         fegear.Sweep(gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model)
     )

@@ -11,7 +11,9 @@ from drawn_figures import are_drawn, axis_labels, saved_figures
 import fegear
 from fegear.result import shown
 
-FAST = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
+FAST = fegear.LumpedModel(
+    number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
+)
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +33,7 @@ def test_what_is_shown_is_short(gears, swept):
     coarse = fegear.StaticsSettings(positions=4, resolution="coarse")
     for result in (
         swept,
-        fegear.solve_mesh(gears, 0, [100.0], coarse),
+        fegear.solve_mesh(gears, 1, [100.0], coarse),
         fegear.run(
             fegear.Motion(gear_set=gears, torque=100.0, speed=2000.0, model=FAST)
         ),

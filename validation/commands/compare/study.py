@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
+from fegear.boundary import mesh_index
 from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
 from fegear.statics.settings import StaticsSettings
@@ -19,7 +20,6 @@ from fegear.studies.table import Table
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    mesh_index,
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque
