@@ -60,15 +60,14 @@ hold its kind `InputError`, both in one line. `python -m fegear` is the command 
 
 from __future__ import annotations
 
-from contextlib import suppress
 from importlib import import_module
 from typing import Any
 
 from fegear.studies import registry
+from fegear.studies.command_packages import load_command_packages
 from fegear.studies.public import public_homes
 
-with suppress(ModuleNotFoundError):  # studies of evidence, where they are installed
-    import validation.commands  # noqa: F401
+load_command_packages()
 
 _HOMES = public_homes()
 __all__ = ["__version__", *_HOMES]

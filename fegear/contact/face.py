@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from fegear.elasticity.wide_flank import WideFlank
 from lumped.common.array_types import Array, Indices
+from lumped.common.short_repr import ShortRepr
 from meshes import SpurGear
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FaceContact:
+class FaceContact(ShortRepr):
     """Contact over the face width in slices of equal length.
 
     driver, driven : compliance over the width of each gear
@@ -81,7 +82,7 @@ class FaceContact:
 
 
 @dataclass(frozen=True, eq=False)
-class FaceLoads:
+class FaceLoads(ShortRepr):
     """Loads over the face width at torques (t), positions (n), pairs (k), slices (m).
 
     place : (m,) from the middle of the common width [m]

@@ -14,6 +14,7 @@ from fegear.gearset.planes import DEFAULT_PLANE, Plane
 from fegear.gearset.planetary.members import Member, Members
 from fegear.gearset.shaft_bodies import ShaftBody
 from lumped.bearings.rolling import BallBearing, RollerBearing
+from lumped.common.short_repr import ShortRepr
 from meshes import GearPair, SpurGear
 
 CARRIER = "carrier"  # its name, as that of a gear
@@ -21,7 +22,7 @@ MAX_COUNT = 1e18  # of any number, beyond all limits of files
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gear:
+class Gear(ShortRepr):
     """A gear with its width, material and, optionally, inertia.
 
     material : name, for those who read the figures; the values count
@@ -68,7 +69,7 @@ class Gear:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mesh:
+class Mesh(ShortRepr):
     """Two gears in mesh; indices into the gear set's gears.
 
     torques : on the driver, the set's load cases [N m]
@@ -130,7 +131,7 @@ class Mesh:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shaft:
+class Shaft(ShortRepr):
     """Gears on one axis, in order along it, by their indices.
 
     stiffness : torsional, between successive gears [N m/rad], or None for rigid
@@ -147,7 +148,7 @@ class Shaft:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlanetCarrier:
+class PlanetCarrier(ShortRepr):
     """Carrier of the planets between a sun and a ring, by their indices.
 
     Senses of rotation and mesh frequencies of the gear set are relative to it.
@@ -205,7 +206,7 @@ class PlanetCarrier:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GearSet:
+class GearSet(ShortRepr):
     """Gears, their meshes and shafts.
 
     Gear sets are read from files or made of tables, see `fegear.load_gear_set` and

@@ -35,6 +35,7 @@ from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_csv
 from lumped.common.options import Range, documented, option
 from lumped.common.progress import Progress, silent
+from lumped.common.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from fegear.figures.film import Image
@@ -50,7 +51,7 @@ WIDTH, FILM_WIDTH = 1920, 960  # pixels
 
 @documented
 @dataclass(frozen=True, kw_only=True)
-class PictureSettings:
+class PictureSettings(ShortRepr):
     """What a picture shows, and how large."""
 
     shown: Shown = option(
@@ -89,7 +90,7 @@ class PictureSettings:
             raise ValueError(f"width = {self.width}; must be an even number")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class StressResult(Result):
     """Stress in the teeth of a mesh around its contact, or of a whole gear set.
 

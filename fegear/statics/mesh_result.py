@@ -81,7 +81,7 @@ class ErrorEstimate:
         return self.distribution / ERROR_FACTOR
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class StaticsResult(Result):
     """A mesh table with its evidence.
 

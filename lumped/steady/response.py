@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
 
 RESPONSE_QUANTITIES = (
     "dte_rms",
@@ -74,7 +75,7 @@ class History:
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class Response(ShortRepr):
     """Response at a mesh frequency; quantities of m meshes are NaN if it diverged.
 
     Attributes

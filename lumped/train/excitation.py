@@ -28,6 +28,7 @@ import numpy as np
 
 from lumped.common.array_types import Array
 from lumped.common.checks import format_value, is_number, require_fields
+from lumped.common.short_repr import ShortRepr
 from lumped.train.waves import Wave
 
 
@@ -67,7 +68,7 @@ class PairExcitation:
 
 
 @dataclass(frozen=True)
-class MeshExcitation:
+class MeshExcitation(ShortRepr):
     """Springs in parallel that represent a mesh.
 
     Parameters

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import fegear
+from fegear.files.contents import exact_repr
 from fegear.gearset.faults.tooth_faults import Faults
 
 WRONG = [None, 5, 0.5, True, b"liu-pair", 1 + 2j, (1,), np.array(5.0), object()]
@@ -72,9 +73,9 @@ def test_numbers_of_numpy_are_numbers():
     gears = [{"name": "pinion", "teeth": np.int64(30)}, TABLES["gear"][1]]
     defaults = {key: np.float64(value) for key, value in TABLES["defaults"].items()}
     tables = TABLES | {"gear": gears, "defaults": defaults}
-    assert repr(fegear.make_gear_set(tables)) == repr(plain)
+    assert exact_repr(fegear.make_gear_set(tables)) == exact_repr(plain)
     edits = {"gear.2.teeth": np.int32(40), "gear.1.profile_shift": np.float64(0.0)}
-    assert repr(fegear.make_gear_set(TABLES, edits)) == repr(plain)
+    assert exact_repr(fegear.make_gear_set(TABLES, edits)) == exact_repr(plain)
     assert fegear.LumpedModel(number=np.int64(2)).number == 2
 
 

@@ -396,7 +396,7 @@ class DynamicsProblem(Problem):
         )
 
 
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class DynamicsResult(ResponsesResult):
     """Branches of the finite elements.
 

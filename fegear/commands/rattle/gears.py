@@ -231,7 +231,7 @@ class Pair:
             yield f"figures of the gears: listed by fegear show {self.gear_set.name}"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class MachineOfGearsResult(StudyResult):
     """The machine and the figures of the gears that it is made from."""
 

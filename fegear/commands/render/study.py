@@ -235,7 +235,7 @@ def _edits_of(file: HistoryFile) -> dict[str, Any]:
     return {key: parsed_value(value) for key, value in file.edits.items()}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ContactPicturesResult(StudyResult):
     """What the file shows, which is written.
 

@@ -18,10 +18,11 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import files_of_gear_set
 from fegear.studies.settings import argument, display_name, require_settings, setting
+from lumped.common.short_repr import ShortRepr
 
 
 @dataclass(frozen=True, kw_only=True)
-class GearSetRef:
+class GearSetRef(ShortRepr):
     """A gear set by its name, and what is changed in it for one run.
 
     preloaded : the gear set itself, in place of one that is read

@@ -97,7 +97,7 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
         return ClosedFormsResult(self, name, self.load, plane, comparison)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ClosedFormsResult(StudyResult):
     """Quantities by finite elements and by closed forms.
 
