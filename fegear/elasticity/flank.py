@@ -33,7 +33,7 @@ FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut", "crack")
 
 
 @dataclass(frozen=True)
-class FlankOrigin:
+class FlankOrigin(ShortRepr):
     """What the finite elements of a flank compliance were made from."""
 
     gear: SpurGear
@@ -75,7 +75,7 @@ class FlankCompliance(ShortRepr):
 
 
 @dataclass(frozen=True)
-class SectorLoads:
+class SectorLoads(ShortRepr):
     """Sets of loads on sector 0, one in each column.
 
     force : (freedoms, loads) nodal forces

@@ -39,7 +39,7 @@ def declared_packages() -> Iterator[str]:
 
 
 def _is_ours(name: str) -> bool:
-    """Whether a package lies with this one; looks for its top, which imports nothing."""
+    """Whether a package lies with this one; finding its top imports nothing."""
     try:
         spec = find_spec(name.partition(".")[0])
     except ValueError:  # a module that is there without a specification

@@ -32,7 +32,7 @@ class Status(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class History:
+class History(ShortRepr):
     """Motion over whole common periods, with t points and m meshes.
 
     Attributes

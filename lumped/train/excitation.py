@@ -33,7 +33,7 @@ from lumped.train.waves import Wave
 
 
 @dataclass(frozen=True)
-class PairExcitation:
+class PairExcitation(ShortRepr):
     """Stiffness [N/m] and gap [m] of a tooth pair over the mesh cycle.
 
     If the pairs that occupy this place one after another differ, it describes them all.

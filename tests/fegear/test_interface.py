@@ -35,11 +35,9 @@ def elsewhere(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_examples_of_the_help(tmp_path):
-    assert doctest.testmod(fegear).attempted > 15
+def test_examples_of_the_help():
+    assert doctest.testmod(fegear).attempted > 10
     assert doctest.testmod(fegear).failed == 0
-    names = {"table.csv", "sweep.csv", "dynamics.csv", "motion.csv", "contact.png"}
-    assert names <= {path.name for path in tmp_path.iterdir()}
 
 
 def test_examples_are_short():
@@ -80,7 +78,8 @@ def test_the_guide_promises_no_more_than_runs():
     lines = text.splitlines()
     first = next(i for i, line in enumerate(lines) if line.lstrip().startswith(">>>"))
     assert first < 20  # it begins with examples
-    assert ("shows each in a few lines" in section) == (len(lines) < 500)
+    assert len(lines) < 75  # one screen
+    assert "is one screen" in section
 
 
 def test_what_it_offers_is_there():

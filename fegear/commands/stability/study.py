@@ -80,16 +80,12 @@ class Stability(
     model: LumpedModel = lumped_model(SPRINGS | SLIDING, 1)
     table: tuple[str, ...] = tables_setting()
 
-    @property
-    def reason_for_model_1(self) -> str:
-        return "stability is that of tooth pairs with their own stiffness"
-
     def __post_init__(self) -> None:
         super().__post_init__()
         over, rising = display_name(self, "over"), self.rising
         if self.over.name not in OF_TEETH and self.table:
             raise refusal(self, "table", f"{over} varies what tables hold")
-        if self.model.number not in (1, "auto"):
+        if self.model.number != 1:
             raise self.rejection("number", "allowed is 1, of tooth pairs")
         refuse_both(self, "speeds", "rpm")
         if not (self.speeds or self.rpm):

@@ -63,10 +63,6 @@ class Theory(
     model: LumpedModel = lumped_model(SPRINGS, 1)
     table: tuple[str, ...] = tables_setting()
 
-    @property
-    def reason_for_model_1(self) -> str:
-        return "closed forms are those of models 1, 2 and 3"
-
     def prepare(self) -> TheoryProblem:
         return TheoryProblem.of(self)
 
@@ -84,7 +80,9 @@ class TheoryProblem(TrainProblem):
         """InputError without load, damping, or anything that varies."""
         torque, model, name = self.single_torque, self.model, self.gears.name
         if model.number == "coupled":
-            raise InputError(f"number = coupled; {self.study.reason_for_model_1}")
+            raise InputError(
+                "number = coupled; closed forms are those of models 1, 2 and 3"
+            )
         source = model.excitations
         system = lumped_system(self.gears, torque, model, source)
         ratio = system.train.damping_ratio
