@@ -70,7 +70,7 @@ class _StudyType(type):
 
     @property
     def __signature__(cls) -> Signature:
-        parameters = list(signature(cls.__init__).parameters.values())
+        parameters = list(signature(cls.__init__).parameters.values())  # type: ignore[misc]
         return Signature(parameters[1:])
 
     def __dir__(cls) -> list[str]:

@@ -240,7 +240,9 @@ def test_a_model_is_auto_wherever_it_is_not_chosen():
 
 def test_studies_of_model_1_take_a_model_that_is_auto():
     model = fegear.LumpedModel(excitation=QUICK.excitation)
-    for study in (fegear.Theory, partial(fegear.Stability, speeds="1000:2000:100")):
+    over, speeds = "damping_ratio=0.01:0.1:4", "1000:2000:100"
+    stability = partial(fegear.Stability, over=over, speeds=speeds)
+    for study in (fegear.Theory, stability):
         assert study(gear_set="liu-pair", model=model).model == QUICK
 
 

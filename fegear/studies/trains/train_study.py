@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from fegear.files.errors import InputError
 from fegear.studies.settings import exposed_fields, group_of, refusal
@@ -39,7 +39,7 @@ class TrainStudy:
     def _take_own_number(self) -> None:
         """A model that is auto has the number of the study where that has only some."""
         default = next(f.default for f in fields(self) if f.name == "model")
-        number = getattr(default, "number", "auto")
+        number: Any = getattr(default, "number", "auto")
         if self.model.number == "auto" and number != "auto":
             model = replace(self.model, number=number)
             object.__setattr__(self, "model", model)
