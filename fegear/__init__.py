@@ -1,77 +1,44 @@
-"""Contact and vibration of spur gears by plane finite elements.
+"""Contact and vibration of gears by plane finite elements and lumped models.
 
-A gear set is loaded from a file, taken from those that come with the package, or made
-of tables with the keys of such a file. Every function below takes one and settings,
-and returns a frozen result; SI units throughout, named where there is doubt.
-
-A table of mesh stiffness and transmission error, with its discretisation error:
+Functions and studies take a gear set and frozen settings, and give frozen results. All
+values are in SI units. A mesh is chosen by its number from 1, as in files and commands.
 
 >>> import fegear
 >>> gears = fegear.load_gear_set("liu-pair", {"mesh.1.tip_relief.magnitude_um": 10})
->>> table = fegear.solve_mesh(gears, torques_on_driver=[100.0])
->>> print(f"{table.table['stiffness_N_per_m'].mean():.2e} N/m")
+>>> solved = fegear.solve_mesh(gears, mesh=1, torques_on_driver=100.0)
+>>> print(f"{solved.table['stiffness_N_per_m'].mean():.2e} N/m")
 2.46e+08 N/m
->>> print(f"error of the mean transmission error {table.error.mean:.0e}")
+>>> print(f"error of the mean transmission error {solved.error.mean:.0e}")
 error of the mean transmission error 6e-04
->>> table.to_csv("table.csv")
-
-Vibration over speed of a lumped model, on the mesh stiffness of key figures:
 
 >>> model = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
->>> speeds = range(2000, 3100, 100)  # mesh frequencies [Hz]
->>> sweep = fegear.Sweep(gear_set=gears, torque=[100.0], speeds=speeds, model=model)
->>> result = fegear.run(sweep)
+>>> sweep = fegear.Sweep("liu-pair", torque=100.0, speeds="2000:3000:100", model=model)
+>>> result = fegear.run(sweep)  # print(result) shows its page
 >>> (peak,) = result.summary["branches"][0]["peaks"]
 >>> print(f"{1e6 * peak['dte_rms_m']:.1f} um at {peak['frequency_Hz']:g} Hz")
 7.0 um at 2800 Hz
->>> result.to_csv("sweep.csv")
+>>> result.table["dte_rms_m"].max() == peak["dte_rms_m"]
+True
 
-The same by the finite elements themselves:
-
->>> gears = fegear.load_gear_set("liu-pair")
->>> dynamics = fegear.Dynamics(gear_set=gears, torque=[100.0], speeds=[2900.0])
->>> result = fegear.run(dynamics)
->>> result.reasons[0][1].partition(":")[0]
-'reduced'
->>> result.to_csv("dynamics.csv")
-
-One speed by the lumped model that agrees with them, tooth pair by tooth pair:
-
->>> coupled = fegear.LumpedModel(number="coupled")
->>> motion = fegear.Motion(gear_set=gears, torque=100.0, speed=2500.0, model=coupled)
->>> result = fegear.run(motion)
->>> pairs = result.motion.pairs[0]
->>> pairs.force.shape[1], list(pairs.conditions)
-(2, ['III'])
->>> result.to_csv("motion.csv")
-
-Stress in the teeth, and a picture of it:
-
->>> stress = fegear.solve_stress(gears, 100.0, position=0.9)
->>> {name: f"{1e-6 * value:.0f} MPa" for name, value in stress.largest_Pa.items()}
-{'pinion': '361 MPa', 'idler': '363 MPa'}
->>> stress.draw("contact.png")
-
-Studies, such as `Sweep` and `Dynamics`, `LumpedModel`, `ExcitationSettings`,
-`StaticsSettings`, `FiniteElements` and `PictureSettings` say what can be chosen. A
-setting or argument that cannot be used raises `ValueError`, what files and gear sets
-hold its kind `InputError`, both in one line. `python -m fegear` is the command line.
+`help(fegear.Sweep)` describes one name. What cannot be used raises `ValueError`, what
+files and gear sets hold its kind `InputError`, both in one line.
 """
 
 from __future__ import annotations
 
-from contextlib import suppress
+import sys
 from importlib import import_module
 from typing import Any
 
 from fegear.studies import registry
-from fegear.studies.public import public_homes
+from fegear.studies.command_packages import load_command_packages
+from fegear.studies.public import names_by_subject, names_text, public_homes
 
-with suppress(ModuleNotFoundError):  # studies of evidence, where they are installed
-    import validation.commands  # noqa: F401
+load_command_packages()
 
 _HOMES = public_homes()
-__all__ = ["__version__", *_HOMES]
+_NAMES = ["__version__", *(n for names in names_by_subject().values() for n in names)]
+__doc__ = f"{__doc__ or ''}\n{names_text()}\n"
 
 
 def __getattr__(name: str) -> Any:
@@ -79,9 +46,16 @@ def __getattr__(name: str) -> Any:
         from fegear.files.version import package_version
 
         return package_version()
+    if name == "__all__" and not _is_read_by_help():
+        return list(_NAMES)
     if name not in _HOMES:
         raise AttributeError(f"module 'fegear' has no attribute '{name}'{_hint(name)}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def _is_read_by_help() -> bool:
+    """Whether `help` reads `__all__`, all of whose names it would print in full."""
+    return sys._getframe(2).f_globals.get("__name__") == "pydoc"
 
 
 def _hint(name: str) -> str:
@@ -94,4 +68,4 @@ def _hint(name: str) -> str:
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return list(_NAMES)

@@ -9,6 +9,7 @@ from typing import ParamSpec, TypeVar
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
+from fegear.gearset.torque_limits import TORQUE, TORQUE_LIMITS
 from lumped.common.checks import format_value, require_arguments, shorten
 
 P = ParamSpec("P")
@@ -38,11 +39,19 @@ def require_gear_set(value: object) -> None:
         )
 
 
-def require_mesh(gear_set: GearSet, mesh: int) -> None:
-    """An index from 0 of a mesh."""
-    last = len(gear_set.meshes) - 1
-    if not 0 <= mesh <= last:
-        raise InputError(
-            f"mesh = {mesh}; must be 0 to {last}, counted from 0; {gear_set.name} has "
-            f"{last + 1}"
-        )
+def mesh_index(gear_set: GearSet, mesh: int) -> int:
+    """Index of a mesh in its gear set by its number, which counts from 1.
+
+    Raises InputError where it is not there.
+    """
+    count = len(gear_set.meshes)
+    if not 1 <= mesh <= count:
+        meshes = "1 mesh" if count == 1 else f"{count} meshes"
+        raise InputError(f"mesh = {mesh}; {gear_set.name} has {meshes}, from mesh 1 on")
+    return mesh - 1
+
+
+def require_torque(name: str, torque: float, gear: str) -> None:
+    """Require a torque within its limits; gear : on which it acts."""
+    if torque not in TORQUE:
+        raise InputError(f"{name} = {torque:.12g}; must be {TORQUE_LIMITS}, on {gear}")

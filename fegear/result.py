@@ -1,41 +1,17 @@
-"""The base of all results: a short `repr`, and pandas frames of their tables."""
+"""The base of all results, and pandas frames of their tables."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Sized
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from lumped.common.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-LONGEST = 40  # letters of a word that is shown as it is
 
-
-class Result:
-    """A dataclass that shows the sizes of what it holds, not all of its numbers."""
-
-    def __repr__(self) -> str:
-        instance: Any = self
-        parts = (
-            f"{field.name}={shown(getattr(self, field.name))}"
-            for field in fields(instance)
-        )
-        return f"{type(self).__name__}({', '.join(parts)})"
-
-
-def shown(value: object) -> str:
-    """A plain value as it is, of others their kind and size."""
-    if value is None or isinstance(value, bool | int | float | str):
-        text = repr(value)
-        return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
-    kind = type(value).__name__
-    if kind == "ndarray":
-        return f"<array {' x '.join(map(str, getattr(value, 'shape', ())))}>"
-    if isinstance(value, Mapping | Sequence) and isinstance(value, Sized):
-        return f"<{kind} of {len(value)}>"
-    name = getattr(value, "name", None)
-    return f"<{kind} {name}>" if isinstance(name, str) else f"<{kind}>"
+class Result(ShortRepr):
+    """What a study or a function gives; a frozen dataclass."""
 
 
 def frame(columns: object) -> DataFrame:
@@ -43,5 +19,7 @@ def frame(columns: object) -> DataFrame:
     try:
         from pandas import DataFrame
     except ImportError:
-        raise ImportError("to_frame needs pandas: pip install pandas") from None
+        raise ImportError(
+            "to_frame needs pandas: pip install 'fegear[pandas]'"
+        ) from None
     return DataFrame(columns)

@@ -50,6 +50,10 @@ class GearPair:
         require_path(self)
         require_clearances(self)
 
+    def __repr__(self) -> str:
+        teeth = f"{self.driver.teeth} / {self.driven.teeth}"
+        return f"GearPair({teeth} teeth, center_distance={self.center_distance:.9g})"
+
     @property
     def operating_pressure_angle(self) -> float:
         bases = self.driver.base_radius + self.driven.base_radius

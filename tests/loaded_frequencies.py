@@ -21,7 +21,7 @@ def require_frequencies_of_finite_elements(
     gear_set: GearSet, torque: float, source: fegear.ExcitationSettings
 ) -> None:
     """Within 3 %, by equations that share nothing; of modes that strain the meshes."""
-    excitations, springs = Excitations(source), LumpedModel(excitation=source)
+    excitations, springs = Excitations(source), LumpedModel(number=1, excitation=source)
     plain = lumped_system(gear_set, torque, springs, excitations)
     resonance = highest_resonance(plain)
     coupled, _ = system_of_modes(gear_set, torque, springs)

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from fegear.files.contents import exact_repr
 from validation.commands.bench import benchmark as bench
 
 MODULES = [path.stem for path in Path(bench.__file__).parent.glob("bench_*.py")]
@@ -22,7 +23,8 @@ def answer_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _instead(name: str) -> Any:
     def measure(*args: Any, sizes: Any) -> Any:
-        row = {"asked": repr((*args[:-1], sizes))}  # without the report of progress
+        asked = (*args[:-1], sizes)  # without the report of progress
+        row = {"asked": exact_repr(asked)}
         panel = bench.Panel("x", "y", [bench.CostCurve(name, "o", [(1.0, 1.0)])])
         tables = {"points": [row]}
         return bench.Benchmark(name, name, name, tables=tables, panels=[panel])

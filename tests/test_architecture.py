@@ -28,8 +28,9 @@ NUMERICS = {"__future__", "math", "cmath", "typing", "numpy", "numpy.typing", "n
 # Packages from the ground to the roof: a file imports from its own package and from the
 # floors below it, never sideways or upward.
 FLOORS = """
-    lumped.common meshes fegear.result
-    lumped.kernels lumped.bearings lumped.continuation lumped.rotors fegear.files
+    lumped.common meshes
+    lumped.kernels lumped.bearings lumped.continuation lumped.rotors
+    fegear.files fegear.result
     lumped.train lumped.rattle meshes.eccentric
     lumped.clatter fegear.gearset
     fegear.boundary fegear.elasticity

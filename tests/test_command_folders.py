@@ -85,8 +85,8 @@ def _link_all_but(source: Path, left_out: Path, target: Path) -> None:
         if path in left_out.parents:
             (target / path.name).mkdir()
             _link_all_but(path, left_out, target / path.name)
-        elif path.name in PACKAGES or source != ROOT:
+        elif path.name in LINKED or source != ROOT:
             (target / path.name).symlink_to(path)
 
 
-PACKAGES = "fegear", "lumped", "meshes", "validation"
+LINKED = "fegear", "lumped", "meshes", "validation", "pyproject.toml"

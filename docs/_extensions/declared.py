@@ -24,6 +24,7 @@ from docutils import nodes
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+import fegear
 from fegear.cli import app
 from fegear.files.keys import FileKey, file_keys
 from fegear.studies import load_study
@@ -66,8 +67,7 @@ def _usage(command: Any, context: Any) -> str:
 
 
 def _public_name(study: type) -> str:
-    names = (command.study for command in commands().values())
-    return study.__name__ if study.__name__ in names else ""
+    return study.__name__ if study.__name__ in fegear.__all__ else ""
 
 
 def key_tables(kind: str) -> Lines:

@@ -25,15 +25,12 @@ from fegear.cli.parameters import (
 )
 from fegear.cli.screen import (
     print_announcement,
-    print_columns,
     print_error,
     print_line,
-    ruled_table,
-    screen,
 )
 from fegear.files.errors import InputError
 from fegear.files.output import protected_inputs
-from fegear.studies.page import ColumnTable, RowTable
+from fegear.studies.page_text import print_page, screen
 from fegear.studies.settings import group_of
 from fegear.studies.study import Study, files_read
 
@@ -157,22 +154,7 @@ def _exit_with_status(result: Any, outputs: Outputs) -> None:
 
 
 def _show_result(result: Any, outputs: Outputs, seconds: float) -> None:
-    console = screen()
-    for part in result.page():
-        if isinstance(part, RowTable):
-            table = ruled_table(
-                *part.columns, title=part.title, text_columns=part.text_columns
-            )
-            table.columns[0].no_wrap = part.whole or table.columns[0].no_wrap
-            for cells in part.cells():
-                table.add_row(*cells)
-            console.print(table)
-        elif isinstance(part, ColumnTable):
-            print_columns(console, part.corner, part.labels, part.columns, part.title)
-        elif console.is_terminal:
-            console.print(part)
-        else:  # a file or a pipe: lines are not wrapped
-            print_line(part)
+    print_page(result.page(), screen())
     if result.study.folder and outputs.output is not None:
         print_line(
             f"wrote {', '.join(str(outputs.output / n) for n in result.study.files)}"

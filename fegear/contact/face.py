@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 
 from fegear.elasticity.wide_flank import WideFlank
 from lumped.common.array_types import Array, Indices
+from lumped.common.short_repr import ShortRepr
 from meshes import SpurGear
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FaceContact:
+class FaceContact(ShortRepr):
     """Contact over the face width in slices of equal length.
 
     driver, driven : compliance over the width of each gear
@@ -81,17 +82,26 @@ class FaceContact:
 
 
 @dataclass(frozen=True, eq=False)
-class FaceLoads:
+class FaceLoads(ShortRepr):
     """Loads over the face width at torques (t), positions (n), pairs (k), slices (m).
 
-    place : (m,) from the middle of the common width [m]
-    base_helix_angle : of the driver [rad], reversed where it turns clockwise
-    path_position : (n, k, m) of slices on the path of contact [base pitches]
-    on_path : (n, k, m) whether flanks touch there, away from the ends of the path
-    load : (t, n, k, m) normal force per length of the line of contact [N/m]
-    pressure : (t, n, k, m) largest contact pressure, in plane strain [Pa]
-    coupling : (t, n, k, k) what pairs yield under the loads of others, per force in
-        the section and along the line of action [m/N]; zero on the diagonal
+    Parameters
+    ----------
+    place : (m,) array
+        Middles of the slices, from the middle of the common width [m].
+    base_helix_angle : float
+        Base helix angle of the driver [rad], reversed where it turns clockwise.
+    path_position : (n, k, m) array
+        Positions of slices on the path of contact [base pitches].
+    on_path : (n, k, m) array of bool
+        Whether flanks touch there, away from the ends of the path.
+    load : (t, n, k, m) array
+        Normal force per length of the line of contact [N/m].
+    pressure : (t, n, k, m) array
+        Largest contact pressure, in plane strain [Pa].
+    coupling : (t, n, k, k) array
+        What pairs yield under the loads of others, per force in the section and along
+        the line of action [m/N]; zero on the diagonal.
     """
 
     place: Array
@@ -135,7 +145,17 @@ class FaceLoads:
     def among(self, columns: Indices, teeth: Indices) -> FaceLoads:
         """Put the pairs at some columns among all pairs, the others without load.
 
-        teeth : (k,) of all pairs, base pitches by which each is ahead
+        Parameters
+        ----------
+        columns : array of int
+            Columns of these pairs among all.
+        teeth : (k,) array of int
+            Base pitches by which each of all pairs is ahead.
+
+        Returns
+        -------
+        FaceLoads
+            Loads of all pairs.
         """
         count = teeth.size
         reference = self.path_position[:, :1] - teeth[columns[0]]
@@ -162,7 +182,18 @@ class FaceLoads:
 
     @classmethod
     def joined(cls, parts: Sequence[FaceLoads]) -> FaceLoads:
-        """Loads at positions that follow each other, of the same pairs."""
+        """Loads at positions that follow each other, of the same pairs.
+
+        Parameters
+        ----------
+        parts : sequence of FaceLoads
+            Loads in the order of their positions.
+
+        Returns
+        -------
+        FaceLoads
+            Loads at all positions.
+        """
 
         def join(name: str, axis: int) -> Any:
             return np.concatenate([getattr(part, name) for part in parts], axis=axis)

@@ -13,6 +13,7 @@ from fegear.contact.tooth_faults import ToothFaults
 from fegear.elasticity.flank import FlankCompliance
 from fegear.gearset.modifications import FlankModifications
 from lumped.common.array_types import Array, Indices
+from lumped.common.short_repr import ShortRepr
 from meshes import GearPair
 
 
@@ -21,7 +22,7 @@ class ContactFailure(ArithmeticError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactFlank(FlankModifications):
+class ContactFlank(FlankModifications, ShortRepr):
     """The flanks of one gear in contact.
 
     pitch_errors : material missing on the drive flank of each tooth, and too much on
@@ -38,7 +39,7 @@ class ContactFlank(FlankModifications):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactProblem:
+class ContactProblem(ShortRepr):
     """Two flanks in contact; lengths in metres.
 
     driver, driven : flanks, whose compliances have equally many points
@@ -89,7 +90,7 @@ class ContactProblem:
 
 
 @dataclass(frozen=True)
-class ContactCycle:
+class ContactCycle(ShortRepr):
     """Contact over positions (n,) of a mesh cycle at torques (t,) on the driver.
 
     position : base pitches from the pitch point of the reference pair

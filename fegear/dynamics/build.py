@@ -43,6 +43,7 @@ from fegear.statics.settings import StaticsSettings
 from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
+from lumped.common.short_repr import ShortRepr
 from lumped.train.elastic_inertia import (
     Choice,
     ElasticModes,
@@ -66,7 +67,7 @@ MIN_COMPLIANCE_SHARE = 1e-4  # least part of a mode in the compliance of a mesh
 
 @documented
 @dataclass(frozen=True, kw_only=True)
-class FiniteElements:
+class FiniteElements(ShortRepr):
     """Model of the gears. Its plane and resolution are those of the mesh tables."""
 
     fidelity: Fidelity = option(

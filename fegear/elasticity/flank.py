@@ -24,6 +24,7 @@ from fegear.elasticity.ring import ring_response
 from fegear.elasticity.sector import RIGHT, CyclicSector, FlankPoints
 from fegear.files.timing import stage
 from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
 from lumped.common.workers import require_running
 from meshes import MeshSize, SpurGear
 
@@ -32,7 +33,7 @@ FREE_BOUNDARIES = ("tip", "flank", "fillet", "root", "cut", "crack")
 
 
 @dataclass(frozen=True)
-class FlankOrigin:
+class FlankOrigin(ShortRepr):
     """What the finite elements of a flank compliance were made from."""
 
     gear: SpurGear
@@ -41,7 +42,7 @@ class FlankOrigin:
 
 
 @dataclass(frozen=True)
-class FlankCompliance:
+class FlankCompliance(ShortRepr):
     """Displacement of flank points per unit normal line load [m/(N/m)].
 
     normal : (2 MAX_TOOTH_OFFSET + 1, n, n) inward normal displacement at point i of the
@@ -74,7 +75,7 @@ class FlankCompliance:
 
 
 @dataclass(frozen=True)
-class SectorLoads:
+class SectorLoads(ShortRepr):
     """Sets of loads on sector 0, one in each column.
 
     force : (freedoms, loads) nodal forces

@@ -35,6 +35,7 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.plane_elements import dofs_of_nodes, plane_basis
 from fegear.files.timing import stage
 from lumped.common.array_types import Array, Indices
+from lumped.common.short_repr import ShortRepr
 from meshes import MeshSize, SectorMesh, SpurGear, sector_mesh
 from meshes.crack import Crack
 from meshes.cracked_sector import cracked_sector_mesh
@@ -66,7 +67,7 @@ class FlankPoints:
 
 
 @dataclass(frozen=True)
-class CyclicSector:
+class CyclicSector(ShortRepr):
     """One tooth sector of a gear: mesh, stiffness, mass, condensation, flanks.
 
     Each part is computed when it is first asked for. `cyclic_sector` returns the same

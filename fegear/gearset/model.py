@@ -14,6 +14,7 @@ from fegear.gearset.planes import DEFAULT_PLANE, Plane
 from fegear.gearset.planetary.members import Member, Members
 from fegear.gearset.shaft_bodies import ShaftBody
 from lumped.bearings.rolling import BallBearing, RollerBearing
+from lumped.common.short_repr import ShortRepr
 from meshes import GearPair, SpurGear
 
 CARRIER = "carrier"  # its name, as that of a gear
@@ -21,7 +22,7 @@ MAX_COUNT = 1e18  # of any number, beyond all limits of files
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gear:
+class Gear(ShortRepr):
     """A gear with its width, material and, optionally, inertia.
 
     material : name, for those who read the figures; the values count
@@ -68,7 +69,7 @@ class Gear:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mesh:
+class Mesh(ShortRepr):
     """Two gears in mesh; indices into the gear set's gears.
 
     torques : on the driver, the set's load cases [N m]
@@ -134,7 +135,7 @@ class Mesh:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shaft:
+class Shaft(ShortRepr):
     """Gears on one axis, in order along it, by their indices.
 
     stiffness : torsional, between successive gears [N m/rad], or None for rigid
@@ -151,7 +152,7 @@ class Shaft:
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlanetCarrier:
+class PlanetCarrier(ShortRepr):
     """Carrier of the planets between a sun and a ring, by their indices.
 
     Senses of rotation and mesh frequencies of the gear set are relative to it.
@@ -209,7 +210,7 @@ class PlanetCarrier:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GearSet:
+class GearSet(ShortRepr):
     """Gears, their meshes and shafts.
 
     Gear sets are read from files or made of tables, see `fegear.load_gear_set` and
@@ -284,66 +285,66 @@ class GearSet:
         """The name, and the description if there is one."""
         return f"{self.name}: {self.description}" if self.description else self.name
 
-    def common_width(self, mesh: int) -> float:
+    def common_width(self, index: int) -> float:
         """Face width over which the gears of a mesh face each other [m].
 
         That of the narrower one, unless an axial offset leaves less.
 
         Parameters
         ----------
-        mesh : int
-            Index of the mesh, from 0.
+        index : int
+            Index of the mesh in `meshes`, from 0.
 
         Returns
         -------
         float
             Face width [m].
         """
-        low, high = self._common_ends(mesh)
+        low, high = self._common_ends(index)
         return high - low
 
-    def width_middles(self, mesh: int) -> tuple[float, float]:
+    def width_middles(self, index: int) -> tuple[float, float]:
         """Middle of the common width from that of driver and driven gear [m].
 
         Parameters
         ----------
-        mesh : int
-            Index of the mesh, from 0.
+        index : int
+            Index of the mesh in `meshes`, from 0.
 
         Returns
         -------
         tuple of float
             Of the driver, then of the driven gear [m].
         """
-        middle = 0.5 * sum(self._common_ends(mesh))
-        return middle, middle - self.meshes[mesh].offset
+        middle = 0.5 * sum(self._common_ends(index))
+        return middle, middle - self.meshes[index].offset
 
-    def overlap_ratio(self, mesh: int) -> float:
+    def overlap_ratio(self, index: int) -> float:
         """Base pitches by which the helix leads over the common width.
 
         Parameters
         ----------
-        mesh : int
-            Index of the mesh, from 0.
+        index : int
+            Index of the mesh in `meshes`, from 0.
 
         Returns
         -------
         float
             Overlap ratio, 0 of spur gears.
         """
-        driver = self.meshes[mesh].pair.driver
-        lead = abs(driver.base_radius * driver.twist * self.common_width(mesh))
+        driver = self.meshes[index].pair.driver
+        lead = abs(driver.base_radius * driver.twist * self.common_width(index))
         return lead / driver.base_pitch
 
-    def engagement(self, mesh: int) -> tuple[float, float]:
+    def engagement(self, index: int) -> tuple[float, float]:
         """Positions at which a tooth pair comes into contact and leaves it.
 
         The path of contact, longer by the overlap ratio where gears are helical.
 
         Parameters
         ----------
-        mesh : int
-            Index of the mesh, from 0.
+        index : int
+            Index of the mesh in `meshes`, from 0.
 
         Returns
         -------
@@ -351,13 +352,13 @@ class GearSet:
             Of the pair in the middle of the common width, from the pitch point [base
             pitches].
         """
-        start, end = self.meshes[mesh].pair.path
-        half_overlap = 0.5 * self.overlap_ratio(mesh)
+        start, end = self.meshes[index].pair.path
+        half_overlap = 0.5 * self.overlap_ratio(index)
         return start - half_overlap, end + half_overlap
 
-    def _common_ends(self, mesh: int) -> tuple[float, float]:
+    def _common_ends(self, index: int) -> tuple[float, float]:
         """Ends of the common width from the middle of the driver's width [m]."""
-        spec = self.meshes[mesh]
+        spec = self.meshes[index]
         one, two = (0.5 * self.gears[gear].face_width for gear in spec.gears)
         return max(-one, spec.offset - two), min(one, spec.offset + two)
 
@@ -378,7 +379,7 @@ class GearSet:
         group = next((gears for gears in groups if gear in gears), ())
         return (gear, *(other for other in group if other != gear))
 
-    def meshes_of_same_flanks(self, mesh: int) -> tuple[int, ...]:
+    def meshes_of_same_flanks(self, index: int) -> tuple[int, ...]:
         """The meshes of a planetary set in which the same flanks meet those of planets.
 
         Teeth of the sun, or of the ring, pass all planets with one flank, and the
@@ -386,8 +387,8 @@ class GearSet:
 
         Parameters
         ----------
-        mesh : int
-            Index of the mesh, from 0.
+        index : int
+            Index of the mesh in `meshes`, from 0.
 
         Returns
         -------
@@ -395,9 +396,9 @@ class GearSet:
             Indices of the meshes, in order; of the mesh alone without a carrier.
         """
         if self.carrier is None:
-            return (mesh,)
+            return (index,)
         centers = {self.carrier.sun, self.carrier.ring}
-        center = centers.intersection(self.meshes[mesh].gears)
+        center = centers.intersection(self.meshes[index].gears)
         return tuple(
             n for n, other in enumerate(self.meshes) if center & set(other.gears)
         )

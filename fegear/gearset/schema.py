@@ -33,6 +33,7 @@ from fegear.gearset.materials import STEEL, material_names, require_material
 from fegear.gearset.modifications import Interpolation, ReliefShape
 from fegear.gearset.planes import Plane
 from fegear.gearset.planetary.members import MAX_PLANETS, Member
+from fegear.gearset.torque_limits import MAX_TORQUE, MIN_TORQUE
 from meshes.gear import floored
 
 Item = TypeVar("Item")
@@ -891,16 +892,13 @@ class PlanetaryEntry(Keys):
         return [f"{self.planet}-{n}" for n in range(1, self.planets + 1)]
 
 
-MIN_TORQUE = 1e-6  # N m; less is lost in round-off of the no-load transmission error
-
-
 def _require_driving_torque(torque: float) -> float:
     if not torque > 0.0:
         raise ValueError(
             "torque of the wrong sign; must be positive, in the sense of rotation"
         )
     if torque < MIN_TORQUE:
-        raise ValueError("must be at least 1e-6 N m")
+        raise ValueError(f"must be at least {MIN_TORQUE:g} N m")
     return torque
 
 
@@ -923,7 +921,7 @@ class LoadEntry(Keys):
         Entries[
             Annotated[
                 float,
-                Field(le=1e9, json_schema_extra={"minimum": MIN_TORQUE}),
+                Field(lt=MAX_TORQUE, json_schema_extra={"minimum": MIN_TORQUE}),
                 AfterValidator(_require_driving_torque),
             ]
         ],

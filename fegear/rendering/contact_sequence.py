@@ -26,12 +26,13 @@ from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.statics.settings import StaticsSettings
 from lumped.common.progress import Progress, silent
+from lumped.common.short_repr import ShortRepr
 
 COLOUR_SCALE_POSITIONS = 6  # positions that fix the colours of a film
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactSequence:
+class ContactSequence(ShortRepr):
     """The contact that is drawn, at moments of a mesh cycle or of a recorded motion.
 
     mesh : index from 0, None for all meshes of the gear set at the same moment

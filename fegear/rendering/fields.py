@@ -30,10 +30,11 @@ from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import contact_problem
 from lumped.common.array_types import Array, Indices
 from lumped.common.progress import Progress, silent
+from lumped.common.short_repr import ShortRepr
 
 
 @dataclass(frozen=True, eq=False)
-class ContactField:
+class ContactField(ShortRepr):
     """Gears in mesh at one position.
 
     torque : on the driver that holds the gears; of a whole gear set on its input [N m]

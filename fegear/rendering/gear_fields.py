@@ -9,10 +9,11 @@ import numpy as np
 from fegear.elasticity.body_stress import von_mises
 from fegear.rendering.frames import Frame
 from lumped.common.array_types import Array, Indices
+from lumped.common.short_repr import ShortRepr
 
 
 @dataclass(frozen=True, eq=False)
-class GearField:
+class GearField(ShortRepr):
     """One gear's visible teeth, every sector with nodes of its own.
 
     points : (n, 2); triangles : (m, 6) corners counterclockwise, then mid-sides
@@ -72,7 +73,7 @@ class GearField:
 
 
 @dataclass(frozen=True, eq=False)
-class PairField:
+class PairField(ShortRepr):
     """Contact pressure of one tooth pair.
 
     mesh : index of its mesh among those that are solved

@@ -16,13 +16,14 @@ from fegear.gearset.phases import tooth_axis
 from fegear.rendering.frames import Frame, View, turned
 from fegear.rendering.sector_field import LoadableGear
 from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
 
 Role = Literal["driver", "driven"]
 Zoom = Literal["contact", "tooth", "gear", "set"]
 
 
 @dataclass(frozen=True, eq=False)
-class MeshScene:
+class MeshScene(ShortRepr):
     """One mesh of a gear set, ready for any torque and position."""
 
     name: str

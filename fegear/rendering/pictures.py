@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
 
-from fegear.boundary import public, require_mesh
+from fegear.boundary import mesh_index, public, require_torque
 from fegear.figures.film import FILMS
 from fegear.files.errors import InputError
 from fegear.files.output import require_writable, write_text, write_whole
@@ -35,6 +35,7 @@ from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_csv
 from lumped.common.options import Range, documented, option
 from lumped.common.progress import Progress, silent
+from lumped.common.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from fegear.figures.film import Image
@@ -46,12 +47,11 @@ COLUMNS = (
 DRAWN = (".png", *FILMS)  # by VTK, which needs a window
 ENDINGS = (*DRAWN, ".html", ".vtu")
 WIDTH, FILM_WIDTH = 1920, 960  # pixels
-MAX_TORQUE = 1e9  # N m
 
 
 @documented
 @dataclass(frozen=True, kw_only=True)
-class PictureSettings:
+class PictureSettings(ShortRepr):
     """What a picture shows, and how large."""
 
     shown: Shown = option(
@@ -90,7 +90,7 @@ class PictureSettings:
             raise ValueError(f"width = {self.width}; must be an even number")
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class StressResult(Result):
     """Stress in the teeth of a mesh around its contact, or of a whole gear set.
 
@@ -167,21 +167,21 @@ def solve_stress(
     gear_set: GearSet,
     torque_on_driver: float,
     *,
-    mesh: int = 0,
+    mesh: int = 1,
     position: float = 0.0,
     zoom: Zoom = "contact",
     settings: StaticsSettings | None = None,
 ) -> StressResult:
-    """Stress of a mesh (index from 0) under a torque on its driver [N m].
+    """Stress of a mesh under a torque on its driver [N m].
 
     Parameters
     ----------
     gear_set : GearSet
         Gear set of the mesh.
     torque_on_driver : float
-        Torque on the driver of the mesh [N m], positive.
+        Torque on the driver of the mesh [N m].
     mesh : int, optional
-        Index of the mesh, from 0.
+        Number of the mesh, counted from 1 as in files and commands.
     position : float, optional
         Position of the mesh, with zoom 'set' of the first mesh, past the pitch point
         of the reference pair [base pitches].
@@ -202,17 +202,13 @@ def solve_stress(
         If there is no such mesh or position, or the torque is outside its range.
     """
     settings = settings or StaticsSettings()
-    require_mesh(gear_set, mesh)
-    if not 0.0 < torque_on_driver < MAX_TORQUE:
-        raise InputError(
-            f"torque_on_driver = {torque_on_driver:g}; must be above 0 and below "
-            f"{MAX_TORQUE:g}"
-        )
+    index = mesh_index(gear_set, mesh)
+    require_torque("torque_on_driver", torque_on_driver, "the driver")
     if zoom == "set":
-        torque_on_input = torque_on_driver / _torque_factor(gear_set, mesh)
+        torque_on_input = torque_on_driver / _torque_factor(gear_set, index)
         contact = contacts_of_set(gear_set, torque_on_input, position, settings)
     else:
-        contact = contact_at_rest(gear_set, mesh, torque_on_driver, position, settings)
+        contact = contact_at_rest(gear_set, index, torque_on_driver, position, settings)
     scene = contact.scene()
     view = scene.view(zoom, picture_aspect())
     return StressResult(contact, scene, contact.field(scene, contact.still, view))
@@ -222,7 +218,7 @@ def _torque_factor(gear_set: GearSet, mesh: int) -> float:
     """Torque on the driver of a mesh per torque on the input."""
     factor = mesh_torques_at(gear_set, 1.0)[mesh]
     if factor == 0.0:
-        raise InputError(f"mesh = {mesh}; must pass power on from the input")
+        raise InputError(f"mesh = {mesh + 1}; must pass power on from the input")
     return factor
 
 

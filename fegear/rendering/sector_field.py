@@ -29,6 +29,7 @@ from fegear.elasticity.flank import SectorLoads, flamant_loads, ring_fields
 from fegear.elasticity.halfplane import hat_displacement
 from fegear.elasticity.sector import CyclicSector
 from lumped.common.array_types import Array, Indices
+from lumped.common.short_repr import ShortRepr
 from meshes.profile import flank_frame
 
 N_CANDIDATES = 16  # elements among which the one around a point is looked for
@@ -58,7 +59,7 @@ def _shapes_of_quarters() -> Array:
 
 
 @dataclass(frozen=True, eq=False)
-class LoadableGear:
+class LoadableGear(ShortRepr):
     """One gear, hub held, ready for any loads on its right flanks.
 
     stress : from displacement to stress at the nodes, as in `nodal_stress`

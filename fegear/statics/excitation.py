@@ -96,14 +96,14 @@ class Excitations:
     def _solve_statics(
         self, gear_set: GearSet, mesh: int, torque: float, settings: StaticsSettings
     ) -> StaticsResult:
-        from fegear.statics.solving import solve_mesh
+        from fegear.statics.solving import mesh_statics
 
         if not torque > 0.0:
             raise InputError(
                 f"torque = {torque:g} N m on mesh {mesh + 1}; finite-element tables "
                 "need a load; rectangular stiffness of a sweep does not"
             )
-        return solve_mesh(gear_set, mesh, [torque], settings)
+        return mesh_statics(gear_set, mesh, [torque], settings)
 
     def _excitation_from_tables(
         self, gear_set: GearSet, mesh: int, torque: float, model: int

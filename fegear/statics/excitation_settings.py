@@ -12,6 +12,7 @@ from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_fields
 from lumped.common.csv_text import format_exact
 from lumped.common.options import Range, documented, option
+from lumped.common.short_repr import ShortRepr
 from lumped.train.excitation_tables import ReliefStiffness
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ LONG_POSITIONS = 64  # of a base pitch, at most, where tooth pairs differ
 
 @documented
 @dataclass(frozen=True, kw_only=True)
-class ExcitationSettings:
+class ExcitationSettings(ShortRepr):
     """Source of the mesh stiffness."""
 
     kind: Kind = option(

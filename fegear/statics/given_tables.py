@@ -20,6 +20,7 @@ from fegear.gearset.unmodified import has_faults
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.mesh_table_files import read_mesh_table
 from lumped.common.checks import require_fields
+from lumped.common.short_repr import ShortRepr
 from lumped.train.excitation import MeshExcitation
 from lumped.train.excitation_tables import excitation_from_table, table_pitches
 from lumped.train.table import MeshTable, TableError
@@ -31,7 +32,7 @@ MAX_TORQUE_RATIO = 1.5  # over the single torque of a table, or below it
 
 
 @dataclass(frozen=True)
-class GivenTables:
+class GivenTables(ShortRepr):
     """Mesh tables read from files, one for each mesh, by the name of the file."""
 
     tables: tuple[tuple[str, MeshTable], ...]

@@ -87,7 +87,7 @@ class ErrorEstimate:
         return self.distribution / ERROR_FACTOR
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class StaticsResult(Result):
     """A mesh table with its evidence.
 
@@ -104,7 +104,7 @@ class StaticsResult(Result):
     seconds : dict of str to float
         Computing time of each stage [s].
     mesh : int
-        Index of the mesh, from 0.
+        Number of the mesh, counted from 1.
     name : str
         Number of the mesh and the names of its gears.
     pitches : int

@@ -95,7 +95,7 @@ def unit_warnings(solved: StaticsResult) -> Iterator[str]:
 
     By the least and the largest deflection of the table.
     """
-    where, cycle = f"mesh {solved.mesh + 1}", solved.cycle
+    where, cycle = f"mesh {solved.mesh}", solved.cycle
     deflection = np.abs(cycle.ste - cycle.no_load).mean(axis=1)
     least, largest = float(deflection.min()), float(deflection.max())
     if largest < MIN_ROUGHNESS:

@@ -12,6 +12,7 @@ from fegear.gearset.planes import Plane, SectionPlane
 from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
+from lumped.common.short_repr import ShortRepr
 from meshes import MeshSize
 
 MAX_ROWS = 1_000_000  # of a table
@@ -66,7 +67,7 @@ def nearer_plane(gear: Gear) -> SectionPlane:
 
 @documented
 @dataclass(frozen=True, kw_only=True)
-class StaticsSettings:
+class StaticsSettings(ShortRepr):
     """How a mesh table is computed by finite elements."""
 
     positions: int = option(

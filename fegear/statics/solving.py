@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.boundary import public, require_mesh
+from fegear.boundary import mesh_index, public, require_torque
 from fegear.contact.face import FaceLoads
 from fegear.contact.problem import (
     ContactCycle,
@@ -46,7 +46,6 @@ from fegear.statics.mesh_table import (
 from fegear.statics.root_stress import RootStresses, relative_change, root_stresses
 from fegear.statics.settings import MAX_ROWS, RESOLUTIONS, Resolution, StaticsSettings
 from lumped.common.array_types import Array
-from lumped.common.checks import require_between
 from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable
 from meshes import MeshSize
@@ -59,14 +58,12 @@ POSITIONS_OVER_FACE = 32  # the same, where loads vary over the face width
 @public
 def solve_mesh(
     gear_set: GearSet,
-    mesh: int = 0,
-    torques_on_driver: Sequence[float] = (),
+    mesh: int = 1,
+    torques_on_driver: float | Sequence[float] = (),
     settings: StaticsSettings | None = None,
     progress: Progress | None = None,
 ) -> StaticsResult:
     """Mesh table of one mesh at torques on its driver [N m].
-
-    Indices count from 0: mesh 0 is the first one, mesh 1 of commands.
 
     With pitch errors the table continues until the tooth pairs repeat.
 
@@ -75,10 +72,10 @@ def solve_mesh(
     gear_set : GearSet
         Gear set of the mesh.
     mesh : int, optional
-        Index of the mesh, from 0.
-    torques_on_driver : sequence of float, optional
-        Torques on the driver [N m], which differ from each other; the load cases of the
-        gear set unless given.
+        Number of the mesh, counted from 1 as in files and commands.
+    torques_on_driver : float or sequence of float, optional
+        Torque on the driver [N m], or several that differ from each other; the load
+        cases of the gear set unless given.
     settings : StaticsSettings, optional
         How the table is computed.
     progress : callable, optional
@@ -92,10 +89,10 @@ def solve_mesh(
     Raises
     ------
     InputError
-        If there is no such mesh, no torque is known or one is given twice, or the table
-        is too long.
+        If there is no such mesh, no torque is known, one is given twice or is not from
+        1e-6 to below 1e9 N m, or the table is too long.
     ValueError
-        If a torque is not from 0 to below 1e9 N m or an argument is not of its type.
+        If an argument is not of its type.
 
     Examples
     --------
@@ -105,10 +102,22 @@ def solve_mesh(
     >>> print(f"{table.table['stiffness_N_per_m'].mean():.2e} N/m")
     2.46e+08 N/m
     """
+    index = mesh_index(gear_set, mesh)
+    torques = _torques_to_solve(torques_on_driver, gear_set.meshes[index].torques)
+    return mesh_statics(gear_set, index, torques, settings, progress)
+
+
+def mesh_statics(
+    gear_set: GearSet,
+    mesh: int,
+    torques: Sequence[float] | Array,
+    settings: StaticsSettings | None = None,
+    progress: Progress | None = None,
+) -> StaticsResult:
+    """Mesh table of a mesh, by its index from 0, at torques on its driver [N m]."""
     settings = settings or StaticsSettings()
-    report = progress or (silent)
-    require_mesh(gear_set, mesh)
-    driver_torques = _torques_to_solve(torques_on_driver, gear_set.meshes[mesh].torques)
+    report = progress or silent
+    driver_torques = np.array(torques, float)
     pitches = pair_periods(gear_set)[mesh]
     _require_table_size(
         gear_set, mesh, pitches, settings.positions * driver_torques.size
@@ -133,7 +142,7 @@ def solve_mesh(
     table = MeshTable(cycle.torque, cycle.position, columns, header)
     name = mesh_name(gear_set, mesh)
     return StaticsResult(
-        table, cycle, problem, errors, dict(seconds), mesh, name, pitches
+        table, cycle, problem, errors, dict(seconds), mesh + 1, name, pitches
     )
 
 
@@ -142,18 +151,20 @@ def _has_faults(gear_set: GearSet, mesh: int) -> bool:
     return any(gear_set.gears[gear].faults.any for gear in gears)
 
 
-def _torques_to_solve(torques: Sequence[float], load_cases: Sequence[float]) -> Array:
+def _torques_to_solve(
+    chosen: float | Sequence[float], load_cases: Sequence[float]
+) -> Sequence[float]:
     """Torques on the driver [N m], by default the gear set's load cases."""
     name = "torques_on_driver"
+    torques = (chosen,) if isinstance(chosen, int | float) else tuple(chosen)
     for torque in torques:
-        require_between(name, torque, 0, 1e9, below=True)
+        require_torque(name, torque, "the driver")
     if len(set(torques)) < len(torques):
         listed = ", ".join(f"{torque:.12g}" for torque in torques)
         raise InputError(f"{name} = {listed}; must differ from each other")
-    loads = np.array(torques if len(torques) else load_cases, float)
-    if loads.size == 0:
+    if not torques and not load_cases:
         raise InputError(f"{name} must be given: the gear set has no load")
-    return loads
+    return torques or load_cases
 
 
 def _require_table_size(

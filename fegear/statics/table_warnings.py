@@ -32,7 +32,7 @@ def table_warnings(solved: StaticsResult) -> list[str]:
         line
         for t, torque in enumerate(solved.cycle.torque)
         for line in plausibility_warnings(
-            f"mesh {solved.mesh + 1} at {torque:g} N m",
+            f"mesh {solved.mesh} at {torque:g} N m",
             solved.problem.pair.driver.module,
             deflection=float(np.abs(solved.cycle.ste - solved.cycle.no_load)[t].max()),
             pressure=_finite_pressure(solved, t),
@@ -53,7 +53,7 @@ def _width_lines(solved: StaticsResult) -> Iterator[str]:
     if solved.table.header.get("plane") == "width" and modules < MIN_WIDTH:
         yield with_code(
             "W56",
-            f"mesh {solved.mesh + 1}: face width of {modules:.2g} modules; below "
+            f"mesh {solved.mesh}: face width of {modules:.2g} modules; below "
             f"{MIN_WIDTH:g} the mesh of the section is too coarse for plane width, "
             "plane stress is nearer",
         )
@@ -67,7 +67,7 @@ def _slice_lines(solved: StaticsResult) -> Iterator[str]:
     if modules > MAX_WIDTH:
         yield with_code(
             "W57",
-            f"mesh {solved.mesh + 1}: face width of {modules:.3g} modules; above "
+            f"mesh {solved.mesh}: face width of {modules:.3g} modules; above "
             f"{MAX_WIDTH:g} loads that vary over the width are followed less well, at "
             "20 the largest load per length to 10 %",
         )
@@ -75,7 +75,7 @@ def _slice_lines(solved: StaticsResult) -> Iterator[str]:
     if change > MAX_SLICE_CHANGE:
         yield with_code(
             "W58",
-            f"mesh {solved.mesh + 1}: K_Hbeta changes by {100.0 * change:.2g} % "
+            f"mesh {solved.mesh}: K_Hbeta changes by {100.0 * change:.2g} % "
             f"between two numbers of slices, more than {100.0 * MAX_SLICE_CHANGE:g} %; "
             "it and the largest loads depend on the resolution",
         )
@@ -85,7 +85,7 @@ def _tip_lines(solved: StaticsResult) -> Iterator[str]:
     """Warnings of tips that meet the edge of an undercut, at the largest torque."""
     t, pair = int(np.abs(solved.cycle.torque).argmax()), solved.problem.pair
     torque, closed = solved.cycle.torque[t], solved.cycle.ste[t].max()
-    yield from tip_warnings(solved.mesh + 1, torque, pair, float(closed))
+    yield from tip_warnings(solved.mesh, torque, pair, float(closed))
 
 
 def _finite_pressure(solved: StaticsResult, t: int) -> float:
@@ -100,7 +100,7 @@ def _evidence_warnings(solved: StaticsResult) -> Iterator[str]:
     It is taken out, whatever its size, and the rest is held to MAX_IMBALANCE. The
     work on the gaps is at most the largest deflection over the base pitch.
     """
-    where = f"mesh {solved.mesh + 1}"
+    where = f"mesh {solved.mesh}"
     quantity = "gaps and pressures of the contact"
     off = float(solved.cycle.residual.max())
     yield from check_warnings("W04", where, quantity, off)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
+from lumped.common.short_repr import ShortRepr
+
 if TYPE_CHECKING:
     from lumped.common.workers import Arrays, Cluster, Parts, Stop
 
@@ -81,7 +83,7 @@ class Solvable(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class Problem:
+class Problem(ShortRepr):
     """Base of problems: what a study solves, with what follows from its settings."""
 
     study: Any

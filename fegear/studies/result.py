@@ -193,6 +193,12 @@ class StudyResult(Result):
             target, lambda place: save_figure(figure(), place, self.dots_per_inch)
         )
 
+    def __str__(self) -> str:
+        """The page of the result, as the command prints it."""
+        from fegear.studies.page_text import page_text
+
+        return page_text(self.page())
+
     def _repr_html_(self) -> str:
         """The page of the result in a notebook, with its figure."""
         from fegear.studies.notebook import page_html

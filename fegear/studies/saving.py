@@ -30,7 +30,7 @@ from fegear.studies.page import ColumnTable, Page, RowTable
 from fegear.studies.registry import commands, packages
 from fegear.studies.table import Table, Tabled, tables_of
 
-FORMAT = "fegear result 3"
+FORMAT = "fegear result 4"
 
 
 @dataclass(frozen=True, eq=False)

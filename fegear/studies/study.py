@@ -22,13 +22,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass
+from inspect import Signature, signature
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TABLES, TO_TABLE
 from fegear.studies.problem import Solvable, Task
 from fegear.studies.settings import (
+    ExposedField,
     Setting,
     SettingsGroup,
     exposed_fields,
@@ -40,6 +42,7 @@ from fegear.studies.settings import (
     to_argv,
 )
 from lumped.common.docstrings import set_lazy_docstring
+from lumped.common.short_repr import ShortRepr
 
 NO_PICTURES: Mapping[str, str] = MappingProxyType({})
 PLOT = {"plot": f"Draw the results {INTO_PICTURE}."}
@@ -50,12 +53,32 @@ class _StudyType(type):
     # A docstring of its own would hide theirs from `help`.
     __doc__ = type.__dict__["__doc__"]
 
+    if not TYPE_CHECKING:  # checkers see the settings of each class
+
+        def __call__(cls, *values: Any, **settings: Any) -> Any:
+            names = _positional(cls)
+            if len(values) > len(names):
+                taken = f"at most {', '.join(names)}" if names else "none"
+                raise TypeError(
+                    f"{cls.__name__} takes settings by name; without it {taken}"
+                )
+            by_place = dict(zip(names, values, strict=False))
+            if twice := [name for name in by_place if name in settings]:
+                raise TypeError(f"{cls.__name__}: {twice[0]} is there twice")
+            _require_settings_exist(cls, settings)
+            return super().__call__(**by_place, **settings)
+
+    @property
+    def __signature__(cls) -> Signature:
+        parameters = list(signature(cls.__init__).parameters.values())  # type: ignore[misc]
+        return Signature(parameters[1:])
+
     def __dir__(cls) -> list[str]:
         return [name for name in super().__dir__() if not name.startswith("__")]
 
 
 @dataclass(frozen=True)
-class Study(metaclass=_StudyType):
+class Study(ShortRepr, metaclass=_StudyType):
     """Base of all studies; see the top of this file."""
 
     command: ClassVar[str]
@@ -196,6 +219,37 @@ class Study(metaclass=_StudyType):
             **dict(_inputs(self, "")),
             **{f"content of {name}": text for name, text in file_digests(files)},
         }
+
+
+def _positional(study: type) -> tuple[str, ...]:
+    """Settings that are arguments of the command, which need no name in Python."""
+    if not is_dataclass(study):
+        return ()
+    return tuple(
+        member.name for member in exposed_fields(group_of(study)) if _is_place(member)
+    )
+
+
+def _is_place(member: ExposedField) -> bool:
+    if member.group is not None and member.declared is None:
+        return any(_is_place(inner) for inner in exposed_fields(member.group))
+    return bool(getattr(member.declared, "place", ""))
+
+
+def _require_settings_exist(study: type, settings: Mapping[str, Any]) -> None:
+    """Raise TypeError that says which group has a setting that the study has not."""
+    own = {entry.name for entry in fields(study)}
+    for name in settings:
+        if name in own:
+            continue
+        for member in exposed_fields(group_of(study)):
+            if member.group is None or name not in member.group.exposed:
+                continue
+            kind = member.group.kind.__name__
+            raise TypeError(
+                f"{name} is a setting of {member.name}: "
+                f"{study.__name__}({member.name}={kind}({name}={settings[name]!r}))"
+            )
 
 
 def _section(study: type) -> str:

@@ -6,24 +6,28 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cached_property
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from fegear.files.errors import InputError
 from fegear.result import frame
 from fegear.studies.columns import MAIN
 from lumped.common.csv_text import format_csv
+from lumped.common.short_repr import ShortRepr
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 
 @dataclass(frozen=True, eq=False)
-class Table:
+class Table(ShortRepr):
     """Rows of named columns; names end with units.
+
+    A column is taken by its name, ``table["dte_rms_m"]``.
 
     Parameters
     ----------
@@ -85,6 +89,21 @@ class Table:
         keys = tuple(rows[0]) if rows else tuple(names)
         return cls(keys, lambda: [tuple(row.values()) for row in rows], header)
 
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        try:
+            return self.columns[name]
+        except KeyError:
+            raise InputError(
+                f"the table has no column {name}; columns names all"
+            ) from None
+
+    @cached_property
+    def columns(self) -> Mapping[str, NDArray[Any]]:
+        """Values (n,) by the name of the column; a number that is missing is NaN."""
+        columns = zip(*self.rows(), strict=True)
+        values = dict(zip(self.names, columns, strict=False))
+        return MappingProxyType({n: _array(values.get(n, ())) for n in self.names})
+
     def csv(self) -> str:
         """The table as CSV text with its header.
 
@@ -111,6 +130,16 @@ class Table:
         """
         columns = zip(*self.rows(), strict=True)
         return frame(dict(zip(self.names, columns, strict=False)))
+
+
+def _array(values: Sequence[Any]) -> NDArray[Any]:
+    """A column of numbers, in which None is NaN, or of texts."""
+    if any(value is None for value in values):
+        present = [value for value in values if value is not None]
+        if not all(isinstance(value, int | float) for value in present):
+            return np.array(values, dtype=object)
+        return np.array([np.nan if v is None else v for v in values], dtype=float)
+    return np.array(values)
 
 
 class Tabled(Protocol):

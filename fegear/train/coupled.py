@@ -36,7 +36,7 @@ from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.given_tables import GivenTables
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import solve_mesh
+from fegear.statics.solving import mesh_statics
 from lumped.common.array_types import Array
 from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
@@ -106,7 +106,7 @@ def _tables_over_torques(
     tables = []
     for mesh, mesh_torque in enumerate(mesh_torques_at(gear_set, torque)):
         torques = [factor * mesh_torque for factor in TABLE_TORQUES]
-        solved = solve_mesh(set_of_equal_teeth, mesh, torques, fewer)
+        solved = mesh_statics(set_of_equal_teeth, mesh, torques, fewer)
         tables.append((f"finite elements of mesh {mesh + 1}", solved.table))
     return GivenTables(tuple(tables))
 

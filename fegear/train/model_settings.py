@@ -16,6 +16,7 @@ from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.given_tables import GivenTables
 from lumped.common.checks import require_choice, require_fields
 from lumped.common.options import Range, documented, option
+from lumped.common.short_repr import ShortRepr
 from lumped.steady.integration_settings import Method
 from lumped.train.coupled import COMPONENTS
 from lumped.train.friction import Sliding, ToothFriction
@@ -47,10 +48,10 @@ NO_FRICTION = "the coupled model has no friction"
 
 @documented
 @dataclass(frozen=True, kw_only=True)
-class LumpedModel:
+class LumpedModel(ShortRepr):
     """Lumped model of a gear set's train."""
 
-    number: Number = option(1, f"{SPRING_MODELS}; {COUPLED_MODEL}; {AUTO_MODEL}.")
+    number: Number = option("auto", f"{SPRING_MODELS}; {COUPLED_MODEL}; {AUTO_MODEL}.")
     without: tuple[str, ...] = option(
         (),
         "Part of the coupled model to leave out; there may be several. hardening: "

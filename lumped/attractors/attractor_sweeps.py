@@ -23,6 +23,7 @@ from lumped.attractors.attractors import (
     fine_settings,
 )
 from lumped.common.checks import check_arguments
+from lumped.common.short_repr import ShortRepr
 from lumped.common.workers import Stop
 from lumped.steady.integration_settings import Settings
 from lumped.steady.response import Response, Status
@@ -52,7 +53,7 @@ SystemAt = Callable[[float], tuple[LumpedSystem, float]]  # and the mesh frequen
 
 
 @dataclass(frozen=True)
-class AttractorInterval:
+class AttractorInterval(ShortRepr):
     """Values of a parameter, in the order of the sweep, with motions of one name.
 
     Attributes
@@ -79,7 +80,7 @@ class AttractorInterval:
 
 
 @dataclass(frozen=True, eq=False)
-class AttractorBranch:
+class AttractorBranch(ShortRepr):
     """Attractors in the order in which values of a parameter were passed.
 
     Attributes

@@ -21,6 +21,7 @@ from fractions import Fraction
 import numpy as np
 
 from lumped.common.array_types import Array, Complex
+from lumped.common.short_repr import ShortRepr
 from lumped.train.excitation import MeshExcitation
 from lumped.train.system import LumpedSystem
 
@@ -30,7 +31,7 @@ ROUND_OFF_RTOL = 1e-12  # round-off of the harmonics over the largest amplitude
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class ParametricSystem:
+class ParametricSystem(ShortRepr):
     """Modal system with n modes, m meshes and h harmonics of each mesh frequency.
 
     Harmonic amplitudes s = 1 ... h are the coefficients of e^(+i s w t).

@@ -19,6 +19,7 @@ from lumped.closed_forms.limits import limits
 from lumped.closed_forms.parametric import ParametricSystem
 from lumped.closed_forms.resonance import Resonance, resonance
 from lumped.closed_forms.superharmonic import with_superharmonic
+from lumped.common.short_repr import ShortRepr
 from lumped.train.modes import MIN_RESONANCE_ENERGY
 
 KINDS = {
@@ -29,7 +30,7 @@ KINDS = {
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Prediction:
+class Prediction(ShortRepr):
     """Resonance and its closed forms; all frequencies are those of the first mesh.
 
     Attributes

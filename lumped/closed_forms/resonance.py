@@ -35,10 +35,11 @@ import numpy as np
 
 from lumped.closed_forms.parametric import ParametricSystem
 from lumped.common.array_types import Array, Complex
+from lumped.common.short_repr import ShortRepr
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Resonance:
+class Resonance(ShortRepr):
     """Resonance of mode r of a train with m meshes, excited at Omega = order times w.
 
     Attributes

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
 from lumped.kernels.arrays import FrictionSamples
 from lumped.steady.integration_settings import Settings
 from lumped.steady.losses import friction_power, transmitted_power
@@ -35,7 +36,7 @@ class DivergedError(ArithmeticError):
 
 
 @dataclass(frozen=True, eq=False)
-class TimeHistory:
+class TimeHistory(ShortRepr):
     """Motion over the measured period, with m meshes and t points.
 
     spans : number of common periods in it

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lumped.common.array_types import Array, Indices
 from lumped.common.checks import require_present
+from lumped.common.short_repr import ShortRepr
 from lumped.steady.integration_settings import Settings
 from lumped.steady.response import History
 from lumped.steady.steppers import steps_per_period
@@ -36,7 +37,7 @@ CONDITIONS = {
 
 
 @dataclass(frozen=True, eq=False)
-class PairMotion:
+class PairMotion(ShortRepr):
     """Tooth pairs of one mesh, with t points and p pairs from the entering one on.
 
     force : (t, p) [N], negative on the back side

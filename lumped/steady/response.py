@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
 
 RESPONSE_QUANTITIES = (
     "dte_rms",
@@ -31,7 +32,7 @@ class Status(StrEnum):
 
 
 @dataclass(frozen=True, eq=False)
-class History:
+class History(ShortRepr):
     """Motion over whole common periods, with t points and m meshes.
 
     Attributes
@@ -74,7 +75,7 @@ class History:
 
 
 @dataclass(frozen=True, eq=False)
-class Response:
+class Response(ShortRepr):
     """Response at a mesh frequency; quantities of m meshes are NaN if it diverged.
 
     Attributes

@@ -14,6 +14,7 @@ import numpy as np
 from lumped.common.array_types import Array
 from lumped.common.checks import check_arguments
 from lumped.common.progress import Progress, silent
+from lumped.common.short_repr import ShortRepr
 from lumped.common.workers import Stop, Stopped, run_in_threads
 from lumped.steady.integration_settings import Settings, SteadySettings
 from lumped.steady.response import Response, Status
@@ -33,7 +34,7 @@ REPORT_INTERVAL = 0.2  # s between reports from within a speed
 
 
 @dataclass(frozen=True, eq=False)
-class Branch:
+class Branch(ShortRepr):
     """Responses in the order in which the speeds were passed.
 
     Attributes

@@ -13,6 +13,7 @@ from types import MappingProxyType
 from typing import Any, get_args
 
 from lumped.common.csv_text import TableError, format_csv, parse_csv
+from lumped.common.short_repr import ShortRepr
 from lumped.steady.response import Status
 from lumped.steady.sweep import Branch, Direction
 
@@ -31,7 +32,7 @@ LEGEND = {
 
 
 @dataclass(frozen=True)
-class SweepRow:
+class SweepRow(ShortRepr):
     """Row of one mesh at one speed; the fields are the columns of the file."""
 
     model: str

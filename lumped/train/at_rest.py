@@ -12,12 +12,13 @@ import numpy as np
 
 from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
+from lumped.common.short_repr import ShortRepr
 from lumped.train.analytic import static_error
 from lumped.train.excitation import MeshExcitation
 
 
 @dataclass(frozen=True, eq=False)
-class RestReference:
+class RestReference(ShortRepr):
     """What a mesh of a lumped model is compared with at rest.
 
     force : transmitted along the line of action [N]

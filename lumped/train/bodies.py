@@ -12,6 +12,7 @@ from lumped.common.checks import (
     is_number,
     require_fields,
 )
+from lumped.common.short_repr import ShortRepr
 
 
 class TrainError(ValueError):
@@ -22,7 +23,7 @@ class TrainError(ValueError):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Gear:
+class Gear(ShortRepr):
     """Rigid disk with teeth.
 
     Parameters

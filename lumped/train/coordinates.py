@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
 from lumped.train.bodies import Carrier, Gear, TrainError
 from lumped.train.train import Mesh, Train
 
@@ -21,7 +22,7 @@ BALANCE_RTOL = 1e-9  # of the moment of masses about the axis of a carrier
 
 
 @dataclass(frozen=True, eq=False)
-class Coordinates:
+class Coordinates(ShortRepr):
     """Inertias, springs and loads in n physical coordinates (rad and m).
 
     labels : ("pinion", "rotation"), ("pinion", "x"), ...

@@ -48,6 +48,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
 from lumped.kernels.arrays import (
     NO_CHANGES,
     NO_ROWS,
@@ -86,7 +87,7 @@ MODE_FIELDS = "angular", "damping", "coupling", "whirl", "gears", "nodal_diamete
 
 
 @dataclass(frozen=True, eq=False)
-class BodyModes:
+class BodyModes(ShortRepr):
     """Modes of unit mass of the gears' bodies with their hubs held, b coordinates.
 
     Standing modes come first, then E1 of the travelling pairs, then E2.
@@ -159,7 +160,7 @@ def no_body_modes(contacts: int, positions: int, modes: int) -> BodyModes:
 
 
 @dataclass(frozen=True, eq=False)
-class CoupledContacts:
+class CoupledContacts(ShortRepr):
     """Contacts of a train: c contacts, p positions of a mesh cycle, n modes.
 
     contacts : contacts with the gears' hubs held, see `lumped.kernels.arrays.Contacts`

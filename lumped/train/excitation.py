@@ -28,11 +28,12 @@ import numpy as np
 
 from lumped.common.array_types import Array
 from lumped.common.checks import format_value, is_number, require_fields
+from lumped.common.short_repr import ShortRepr
 from lumped.train.waves import Wave
 
 
 @dataclass(frozen=True)
-class PairExcitation:
+class PairExcitation(ShortRepr):
     """Stiffness [N/m] and gap [m] of a tooth pair over the mesh cycle.
 
     If the pairs that occupy this place one after another differ, it describes them all.
@@ -67,7 +68,7 @@ class PairExcitation:
 
 
 @dataclass(frozen=True)
-class MeshExcitation:
+class MeshExcitation(ShortRepr):
     """Springs in parallel that represent a mesh.
 
     Parameters

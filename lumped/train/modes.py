@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
 from lumped.train.bodies import TrainError
 from lumped.train.coordinates import Coordinates, train_coordinates
 from lumped.train.train import Train
@@ -21,7 +22,7 @@ RIGID_RTOL = 1e-12  # frequency over the highest one below which a motion is rig
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(ShortRepr):
     """Undamped modes of n coordinates, by rising frequency.
 
     Attributes

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
 from lumped.common.checks import require_between, require_fields, require_present
+from lumped.common.short_repr import ShortRepr
 from lumped.kernels.arrays import (
     BearingSamples,
     ContactGrid,
@@ -74,7 +75,7 @@ DIVERGENCE_RATIO = 1e6
 
 
 @dataclass(frozen=True, eq=False)
-class LumpedSystem:
+class LumpedSystem(ShortRepr):
     """Train and the excitation of each of its meshes.
 
     Modes that strain no mesh, including rigid rotation, take no part in the motion,

@@ -20,13 +20,14 @@ from numpy.typing import NDArray
 from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
 from lumped.common.csv_text import TableError, format_csv, parse_csv
+from lumped.common.short_repr import ShortRepr
 
 REQUIRED_COLUMNS = ("torque_Nm", "position", "stiffness_N_per_m")
 INTEGER_COLUMNS = ("n_pairs",)
 
 
 @dataclass(frozen=True, eq=False)
-class MeshTable:
+class MeshTable(ShortRepr):
     """Table of one mesh at t torques on the driver and n positions.
 
     A column is taken by its name, ``table["ste_m"]``.

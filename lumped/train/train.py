@@ -16,6 +16,7 @@ from lumped.common.checks import (
     is_number,
     require_fields,
 )
+from lumped.common.short_repr import ShortRepr
 from lumped.train.bodies import (
     Carrier,
     Gear,
@@ -28,7 +29,7 @@ from lumped.train.bodies import (
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mesh:
+class Mesh(ShortRepr):
     """Two gears in mesh, by their indices in the train.
 
     Parameters
@@ -74,7 +75,7 @@ class Mesh:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shaft:
+class Shaft(ShortRepr):
     """Shaft between two gears on one axis.
 
     Parameters
@@ -102,7 +103,7 @@ class Shaft:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Train:
+class Train(ShortRepr):
     """Gears, meshes and shafts.
 
     Parameters

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array, Mask
+from lumped.common.short_repr import ShortRepr
 from lumped.train.elastic_inertia import inertia_factor, normalise
 from lumped.train.modes import MIN_RESONANCE_ENERGY
 
@@ -47,7 +48,7 @@ class MeshPart(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class TruncationModel:
+class TruncationModel(ShortRepr):
     """Effect of b solved body modes, and of the remaining modes, on the meshes.
 
     frequencies_Hz, damping_ratio, families : (b,); modes of one family are a pair

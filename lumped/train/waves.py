@@ -17,12 +17,13 @@ from numpy.typing import ArrayLike
 
 from lumped.common.array_types import Array
 from lumped.common.checks import require_fields
+from lumped.common.short_repr import ShortRepr
 
 POSITION_TOL = 1e-12  # base pitches within which two positions are equal
 
 
 @dataclass(frozen=True, eq=False)
-class Wave:
+class Wave(ShortRepr):
     """Cubic pieces over a base pitch.
 
     Parameters

@@ -70,7 +70,9 @@ def test_slow_motion_transmits_a_constant_force(model):
 def test_the_way_of_the_source_is_far_off_at_rest_and_warns():
     """Stiffnesses of teeth that share the load without relief."""
     gear_set = make_gear_set(LONG_RECESS)
-    source = LumpedModel(excitation=ExcitationSettings(relief_stiffness="unmodified"))
+    source = LumpedModel(
+        number=1, excitation=ExcitationSettings(relief_stiffness="unmodified")
+    )
     system = lumped_system(gear_set, 50.0, source)
     (check,) = system.static_checks
     assert check.error > 0.5
@@ -83,7 +85,7 @@ def test_the_way_of_the_source_is_far_off_at_rest_and_warns():
 
 
 def test_rectangular_stiffness_has_no_reference():
-    model = LumpedModel(excitation=ExcitationSettings(kind="rectangular"))
+    model = LumpedModel(number=1, excitation=ExcitationSettings(kind="rectangular"))
     system = lumped_system(load_gear_set("liu-idler"), 100.0, model)
     assert system.static_checks == ()
 
@@ -120,7 +122,7 @@ def test_commands_choose_a_model_and_say_why(command):
 
 def test_a_table_of_one_torque_leaves_model_1(tmp_path):
     path = tmp_path / "t.csv"
-    fegear.solve_mesh(load_gear_set("liu-pair"), 0, [100.0]).to_csv(path)
+    fegear.solve_mesh(load_gear_set("liu-pair"), 1, [100.0]).to_csv(path)
     study = fegear.Motion(gear_set="liu-pair", speed=2000.0, torque=100.0, table=[path])
     values = fegear.run(study).summary
     assert values["model"] == "1"

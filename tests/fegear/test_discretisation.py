@@ -44,7 +44,7 @@ def true_errors(
 ) -> tuple[tuple[ErrorEstimate, ...], list[ErrorEstimate]]:
     """Estimates, and errors against the reference."""
     settings = StaticsSettings(resolution=fineness)
-    result = solve_mesh(gear_set, 0, torques, settings)
+    result = solve_mesh(gear_set, 1, torques, settings)
     problem = contact_problem(gear_set, 0, settings, resolution=reference)
     fine = solve_cycle(problem, torques, result.table.position)
     errors = []

@@ -210,7 +210,7 @@ def test_pitch_errors_come_on_top_of_faults(elements):
     both = pair_with(FAULTS["spall"] | {"pitch_errors_um": errors}, backlash_um=60.0)
     system = system_of(both, 1, elements)
     assert system.common_period == (17,)
-    table = solve_mesh(both, 0, [TORQUE], replace(SOURCE.statics, positions=16)).table
+    table = solve_mesh(both, 1, [TORQUE], replace(SOURCE.statics, positions=16)).table
     _, history = respond_with_history(system, 1.0)
     ends = history.deflection[:-1, 0]
     x = np.arange(ends.size) * 17 / ends.size
@@ -254,7 +254,7 @@ def test_a_table_of_faulty_teeth_replaces_their_elements(elements, tmp_path):
     path = tmp_path / "spalled.csv"
     elements._statics_result(gear_set, 0, TORQUE).to_csv(path)
     tables = read_mesh_tables([path], gear_set)
-    one = lumped_system(gear_set, TORQUE, LumpedModel(excitation=tables))
+    one = lumped_system(gear_set, TORQUE, LumpedModel(number=1, excitation=tables))
     two = system_of(gear_set, 1, elements)
     times = np.linspace(0.0, 16.9, 101)
     for a, b in zip(
@@ -262,17 +262,17 @@ def test_a_table_of_faulty_teeth_replaces_their_elements(elements, tmp_path):
     ):
         assert_allclose(a, b, rtol=1e-9)
     assert "faults" in read_mesh_table(path).header
-    healthy = solve_mesh(pair_with(), 0, [TORQUE], StaticsSettings(positions=16))
+    healthy = solve_mesh(pair_with(), 1, [TORQUE], StaticsSettings(positions=16))
     healthy.to_csv(tmp_path / "healthy.csv")
     tables = read_mesh_tables([tmp_path / "healthy.csv"], gear_set)
     with pytest.raises(InputError, match="repeat after 17 for their faults"):
-        lumped_system(gear_set, TORQUE, LumpedModel(excitation=tables))
+        lumped_system(gear_set, TORQUE, LumpedModel(number=1, excitation=tables))
 
 
 @pytest.mark.parametrize("kind", ["rectangular", "trapezoid", "fourier"])
 def test_key_figures_have_no_faults(kind):
     gear_set = pair_with(FAULTS["spall"])
-    model = LumpedModel(excitation=ExcitationSettings(kind=kind))
+    model = LumpedModel(number=1, excitation=ExcitationSettings(kind=kind))
     with pytest.raises(InputError, match=f"spalls; not modelled by {kind} stiffness"):
         lumped_system(gear_set, TORQUE, model)
 
@@ -281,7 +281,7 @@ def test_planetary_sets_have_no_faults_in_motion():
     key = {"gear.sun.eccentricity_um": 10.0}
     load = partial(load_gear_set, "planetary-24-36-96", key)
     with pytest.raises(InputError, match="eccentricity_um; not modelled by motions"):
-        lumped_system(load(), TORQUE)
+        lumped_system(load(), TORQUE, LumpedModel(number=1))
 
 
 def test_tables_of_faulty_teeth_belong_to_a_place_in_the_set(elements):

@@ -26,7 +26,7 @@ def solved(
     name: str, edits=None, mesh: int = 0, torque: float = TORQUE
 ) -> StaticsResult:
     gears = fegear.load_gear_set(name, edits or {})
-    return fegear.solve_mesh(gears, mesh, [torque], COARSE)
+    return fegear.solve_mesh(gears, mesh + 1, [torque], COARSE)
 
 
 def by_pitch(result: StaticsResult, column: str) -> np.ndarray:
@@ -163,14 +163,14 @@ def test_bodies_that_are_free_have_no_cracks():
     gears = fegear.load_gear_set("liu-pair", {"gear.pinion.cracks": crack(5)})
     free = StaticsSettings(resolution="coarse", positions=16, body="free")
     with pytest.raises(fegear.InputError, match="cracks; not known of bodies that are"):
-        fegear.solve_mesh(gears, 0, [TORQUE], free)
+        fegear.solve_mesh(gears, 1, [TORQUE], free)
 
 
 def test_root_stress_is_that_of_teeth_without_a_crack():
     settings = StaticsSettings(resolution="coarse", positions=16, estimate_error=False)
     gears = fegear.load_gear_set("liu-pair", {"gear.pinion.cracks": crack(5)})
-    cracked = fegear.solve_mesh(gears, 0, [TORQUE], settings)
-    healthy = fegear.solve_mesh(fegear.load_gear_set("liu-pair"), 0, [TORQUE], settings)
+    cracked = fegear.solve_mesh(gears, 1, [TORQUE], settings)
+    healthy = fegear.solve_mesh(fegear.load_gear_set("liu-pair"), 1, [TORQUE], settings)
     stress = by_pitch(cracked, "driver_root_stress_Pa")
     expected = healthy.table["driver_root_stress_Pa"][0]
     assert_allclose(stress[20], expected, rtol=1e-12)
@@ -182,7 +182,7 @@ def test_root_stress_is_that_of_teeth_without_a_crack():
 def tip_of(depth_mm: float, tooth: int = 5):
     edits = {"gear.pinion.cracks": crack(tooth, depth_mm)}
     gears = fegear.load_gear_set("liu-pair", edits)
-    result = fegear.solve_mesh(gears, 0, [TORQUE], COARSE)
+    result = fegear.solve_mesh(gears, 1, [TORQUE], COARSE)
     (tip,) = crack_tips(gears, result, COARSE)
     return tip, result
 
@@ -208,7 +208,7 @@ def test_the_energy_release_rate_is_what_the_deflection_gains(depth):
 
 def test_a_crack_of_a_driven_gear_has_the_same_rate():
     gears = fegear.load_gear_set("liu-pair", {"gear.idler.cracks": crack(9, 1.0)})
-    result = fegear.solve_mesh(gears, 0, [TORQUE], COARSE)
+    result = fegear.solve_mesh(gears, 1, [TORQUE], COARSE)
     (tip,) = crack_tips(gears, result, COARSE)
     assert (tip.gear, tip.tooth) == ("idler", 9)
     rate = tip.energy_release_rate[0].reshape(55, 16)

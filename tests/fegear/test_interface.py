@@ -35,11 +35,9 @@ def elsewhere(tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
-def test_examples_of_the_help(tmp_path):
-    assert doctest.testmod(fegear).attempted > 15
+def test_examples_of_the_help():
+    assert doctest.testmod(fegear).attempted > 10
     assert doctest.testmod(fegear).failed == 0
-    names = {"table.csv", "sweep.csv", "dynamics.csv", "motion.csv", "contact.png"}
-    assert names <= {path.name for path in tmp_path.iterdir()}
 
 
 def test_examples_are_short():
@@ -80,7 +78,8 @@ def test_the_guide_promises_no_more_than_runs():
     lines = text.splitlines()
     first = next(i for i, line in enumerate(lines) if line.lstrip().startswith(">>>"))
     assert first < 20  # it begins with examples
-    assert ("shows each in a few lines" in section) == (len(lines) < 500)
+    assert len(lines) < 75  # one screen
+    assert "is one screen" in section
 
 
 def test_what_it_offers_is_there():
@@ -124,12 +123,12 @@ def test_frames_where_pandas_is_there(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", frames)
     gears = fegear.load_gear_set("liu-pair")
     settings = fegear.StaticsSettings(positions=4, resolution="coarse")
-    table = fegear.solve_mesh(gears, 0, [50.0, 100.0], settings)
+    table = fegear.solve_mesh(gears, 1, [50.0, 100.0], settings)
     columns = table.to_frame()
     np.testing.assert_array_equal(columns["torque_Nm"], [50.0] * 4 + [100.0] * 4)
     np.testing.assert_array_equal(columns["position"], [0.0, 0.25, 0.5, 0.75] * 2)
     np.testing.assert_array_equal(columns["ste_m"], table.table["ste_m"].ravel())
-    model = fegear.LumpedModel(excitation=FAST)
+    model = fegear.LumpedModel(number=1, excitation=FAST)
     study = fegear.Sweep(
         gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model, direction="up"
     )
@@ -140,7 +139,7 @@ def test_the_summary_of_a_sweep_is_that_of_the_command(capsys):
     from fegear.cli import run
 
     gears = fegear.load_gear_set("liu-pair")
-    model = fegear.LumpedModel(excitation=FAST)
+    model = fegear.LumpedModel(number=1, excitation=FAST)
     result = fegear.run(
         fegear.Sweep(gear_set=gears, torque=[100.0], speeds=SPEEDS, model=model)
     )

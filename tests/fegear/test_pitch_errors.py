@@ -113,7 +113,7 @@ def test_the_approach_of_a_torque_gives_the_torque(uneven, torque):
 
 
 def test_a_table_goes_on_until_the_pairs_repeat(uneven_set):
-    result = solve_mesh(uneven_set, 0, [100.0], SETTINGS)
+    result = solve_mesh(uneven_set, 1, [100.0], SETTINGS)
     table = result.table
     assert result.pitches == PITCHES
     np.testing.assert_allclose(table.position, np.arange(160) / 16)
@@ -123,7 +123,7 @@ def test_a_table_goes_on_until_the_pairs_repeat(uneven_set):
     ste = table["ste_m"][0].reshape(PITCHES, 16)
     distance = np.abs(ste[:, None] - ste[None, :]).max(axis=2)
     assert (distance[~np.eye(PITCHES, dtype=bool)] > 1e-7).all()
-    plain = solve_mesh(without_pitch_errors(uneven_set), 0, [100.0], SETTINGS)
+    plain = solve_mesh(without_pitch_errors(uneven_set), 1, [100.0], SETTINGS)
     assert plain.pitches == 1
     assert "pitch errors" not in plain.table.header
 
@@ -132,12 +132,12 @@ def test_a_table_that_is_too_long_is_refused_with_its_length():
     errors = tuple(tuple(np.arange(z) * 1e-8) for z in (38, 55))
     hunting = with_errors(load_gear_set("liu-pair"), *errors)
     with pytest.raises(InputError, match=r"2090 base pitches .* 2140160 rows"):
-        solve_mesh(hunting, 0, [100.0], replace(SETTINGS, positions=1024))
+        solve_mesh(hunting, 1, [100.0], replace(SETTINGS, positions=1024))
 
 
 def test_estimates_of_the_discretisation_know_the_errors(uneven_set):
     settings = replace(SETTINGS, estimate_error=True)
-    assert solve_mesh(uneven_set, 0, [100.0], settings).error.mean < 0.02
+    assert solve_mesh(uneven_set, 1, [100.0], settings).error.mean < 0.02
 
 
 def test_model_1_has_nearly_the_statics_of_the_finite_elements(uneven_set):

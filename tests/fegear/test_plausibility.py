@@ -142,7 +142,7 @@ def test_what_closed_forms_leave_out_is_said(capsys, tmp_path):
 def test_pressure_at_sharp_tips_is_no_reason():
     """It follows the contact grid: an ordinary load would count as impossible."""
     settings = StaticsSettings(resolution="fine", estimate_error=False)
-    result = solve_mesh(load_gear_set("liu-pair"), 0, [400.0], settings)
+    result = solve_mesh(load_gear_set("liu-pair"), 1, [400.0], settings)
     assert result.table["max_pressure_Pa"].max() > MAX_PRESSURE
     assert table_warnings(result) == []
 
@@ -150,7 +150,7 @@ def test_pressure_at_sharp_tips_is_no_reason():
 @pytest.fixture(scope="module")
 def coarse():
     settings = StaticsSettings(positions=16, resolution="coarse")
-    return solve_mesh(load_gear_set("liu-pair"), 0, [50.0, 400.0], settings)
+    return solve_mesh(load_gear_set("liu-pair"), 1, [50.0, 400.0], settings)
 
 
 def test_evidence_that_holds_is_no_warning(coarse):
@@ -222,7 +222,7 @@ def test_slips_of_a_unit_are_named_by_what_they_lead_to(magnitude_um, torque, co
     relief = {"magnitude_um": magnitude_um, "length_pitches": 0.3}
     gears = load_gear_set("liu-pair", {"mesh.1.driver_tip_relief": relief})
     settings = StaticsSettings(resolution="coarse", positions=8, estimate_error=False)
-    lines = list(unit_warnings(solve_mesh(gears, 0, [torque], settings)))
+    lines = list(unit_warnings(solve_mesh(gears, 1, [torque], settings)))
     assert [line[-4:-1] for line in lines] == codes
 
 
@@ -232,5 +232,5 @@ def test_built_in_sets_have_no_slips_of_a_unit(name):
     settings = StaticsSettings(
         resolution="coarse", positions=4, estimate_error=False, root_stress=False
     )
-    solved = solve_mesh(gears, 0, gears.meshes[0].torques or [100.0], settings)
+    solved = solve_mesh(gears, 1, gears.meshes[0].torques or [100.0], settings)
     assert list(unit_warnings(solved)) == []

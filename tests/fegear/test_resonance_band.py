@@ -84,7 +84,9 @@ def test_a_speed_has_the_same_motion_alone_and_among_others():
 
 def test_finite_elements_keep_the_same_modes_at_any_speed():
     gear_set, excitations = load_gear_set("liu-idler"), Excitations()
-    reference = lumped_system(gear_set, 100.0, excitations=excitations)
+    reference = lumped_system(
+        gear_set, 100.0, LumpedModel(number=1), excitations=excitations
+    )
     elastic_modes = {
         prepare(
             *(gear_set, 100.0, reference, speeds, FiniteElements(fidelity=fidelity)),
@@ -136,7 +138,9 @@ def test_a_harmonic_that_meets_a_mode_of_a_body_is_seen():
     gear_set, excitations, speed = make_gear_set(HEAVY_IDLER), Excitations(), 930.0
     system = lumped_system(gear_set, 1300.0, COUPLED, excitations)
     response = respond(system, speed)
-    reference = lumped_system(gear_set, 1300.0, excitations=excitations)
+    reference = lumped_system(
+        gear_set, 1300.0, LumpedModel(number=1), excitations=excitations
+    )
     settings = DynamicSettings()
     elements = prepare(
         *(gear_set, 1300.0, reference, [speed], FiniteElements(fidelity="reduced")),

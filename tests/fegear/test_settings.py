@@ -297,7 +297,7 @@ def test_all_public_settings_are_looked_at():
             "width = 961; must be an even number",
         ),
         (
-            lambda: fegear.LumpedModel(damping_ratio=math.inf),
+            lambda: fegear.LumpedModel(number=1, damping_ratio=math.inf),
             "damping_ratio = inf; must be 0 to below 1",
         ),
         (
@@ -310,16 +310,28 @@ def test_all_public_settings_are_looked_at():
             'load_gear_set("liu-pair") makes one',
         ),
         (
-            lambda: fegear.solve_mesh(GEARS, torques_on_driver=100.0),
-            "torques_on_driver = 100.0; must be a list, each a finite number",
+            lambda: fegear.solve_mesh(GEARS, torques_on_driver="100"),
+            "torques_on_driver = '100'; must be a finite number or a list, each a "
+            "finite number",
+        ),
+        (
+            lambda: fegear.solve_mesh(GEARS, torques_on_driver=[0.0]),
+            "torques_on_driver = 0; must be at least 1e-6 and below 1e9 N m, on the "
+            "driver",
+        ),
+        (
+            lambda: fegear.solve_mesh(GEARS, mesh=0),
+            "mesh = 0; liu-pair has 1 mesh, from mesh 1 on",
         ),
         (
             lambda: fegear.solve_mesh(GEARS, torques_on_driver=[-5.0]),
-            "torques_on_driver = -5.0; must be 0 to below 1e9",
+            "torques_on_driver = -5; must be at least 1e-6 and below 1e9 N m, on the "
+            "driver",
         ),
         (
             lambda: fegear.solve_stress(GEARS, -1.0),
-            "torque_on_driver = -1; must be above 0 and below 1e+09",
+            "torque_on_driver = -1; must be at least 1e-6 and below 1e9 N m, on the "
+            "driver",
         ),
         (
             lambda: fegear.solve_stress(GEARS, 100.0, position=math.nan),
@@ -327,7 +339,7 @@ def test_all_public_settings_are_looked_at():
         ),
         (
             lambda: fegear.solve_stress(GEARS, 100.0, mesh=-1),
-            "mesh = -1; must be 0 to 0, counted from 0; liu-pair has 1",
+            "mesh = -1; liu-pair has 1 mesh, from mesh 1 on",
         ),
         (
             lambda: fegear.solve_stress(GEARS, 100.0, zoom="near"),
@@ -375,7 +387,9 @@ def test_numbers_of_numpy_are_numbers():
     )
     assert settings.positions == 8
     speeds = np.array([2800.0, 2900.0])
-    model = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
+    model = fegear.LumpedModel(
+        number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
+    )
     torque = np.array([100.0])
     study = fegear.Sweep(gear_set=GEARS, torque=torque, speeds=speeds, model=model)
     assert study.speeds == (2800.0, 2900.0)

@@ -58,7 +58,7 @@ def test_tables_of_several_torques_and_finite_elements_are_silent():
 def test_a_table_with_friction_is_named():
     pair = load_gear_set("liu-pair")
     rubbed, smooth = (
-        solve_mesh(pair, 0, [100.0], replace(SETTINGS, friction=mu)).table
+        solve_mesh(pair, 1, [100.0], replace(SETTINGS, friction=mu)).table
         for mu in (0.05, 0.0)
     )
     (line,) = given_table_warnings(tables(rubbed), pair, 100.0)

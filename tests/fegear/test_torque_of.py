@@ -34,7 +34,7 @@ TRAINS = pytest.mark.parametrize("name", SPEEDS)
 def lumped_input(name, torque_of, friction=FRICTION, changes=None):
     """Mean moment of the contacts on the input gear [N m] of a settled motion."""
     gears = fegear.load_gear_set(name, FREE[name] if changes is None else changes)
-    model = LumpedModel(friction=friction, torque_of=torque_of)
+    model = LumpedModel(number=1, friction=friction, torque_of=torque_of)
     system = lumped_system(gears, TORQUE, model)
     frequency = SPEEDS[name]
     settings = Settings(steps=256)
@@ -70,7 +70,7 @@ def test_loads_at_rest_carry_the_force(relief):
     changes = {"mesh.1.tip_relief.magnitude_um": relief} if relief else {}
     gears = fegear.load_gear_set("liu-pair", changes)
     source = fegear.ExcitationSettings(kind="rectangular")
-    system = lumped_system(gears, TORQUE, LumpedModel(excitation=source))
+    system = lumped_system(gears, TORQUE, LumpedModel(number=1, excitation=source))
     x = np.linspace(0.0, 1.0, 50, endpoint=False)
     loads = shared_loads(system.excitations[0], 2000.0, x, 0)
     assert (loads >= 0.0).all()
@@ -115,8 +115,8 @@ def elements_input(name, torque_of):
 def test_without_friction_nothing_changes():
     gears = fegear.load_gear_set("liu-pair")
     source = fegear.ExcitationSettings(kind="rectangular")
-    plain = lumped_system(gears, TORQUE, LumpedModel(excitation=source))
-    same = LumpedModel(excitation=source, torque_of="input")
+    plain = lumped_system(gears, TORQUE, LumpedModel(number=1, excitation=source))
+    same = LumpedModel(number=1, excitation=source, torque_of="input")
     assert lumped_system(gears, TORQUE, same).train == plain.train
     with pytest.raises(ValueError, match="torque_of = input; needs friction above 0"):
         fegear.Dynamics(gear_set="liu-pair", torque_of="input")
@@ -125,7 +125,7 @@ def test_without_friction_nothing_changes():
 def test_more_friction_lowers_the_output_torque():
     gears = fegear.load_gear_set("liu-pair")
     source = fegear.ExcitationSettings(kind="rectangular")
-    model = LumpedModel(excitation=source, bending=0.0, torque_of="input")
+    model = LumpedModel(number=1, excitation=source, bending=0.0, torque_of="input")
     losses = [
         lumped_system(gears, TORQUE, replace(model, friction=friction)).losses
         for friction in (0.0, 0.05, 0.1)

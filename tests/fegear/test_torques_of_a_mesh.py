@@ -9,7 +9,7 @@ import pytest
 import fegear
 from fegear.cli import run
 
-SECOND, TORQUE = 1, 100.0
+SECOND, TORQUE = 2, 100.0
 COARSE = fegear.StaticsSettings(positions=4, resolution="coarse", estimate_error=False)
 
 

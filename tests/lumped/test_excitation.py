@@ -110,7 +110,7 @@ def test_equilibrium_with_a_finite_element_table(corners, tolerance):
     settings = StaticsSettings(
         positions=64, corner_contact=corners, estimate_error=False
     )
-    table = solve_mesh(gear_set, 0, [100.0], settings).table
+    table = solve_mesh(gear_set, 1, [100.0], settings).table
     excitation = excitation_from_table(table, 100.0)
     radius = gear_set.meshes[0].pair.driver.base_radius
     error = deflection(excitation, table.position, 100.0 / radius)

@@ -212,7 +212,9 @@ def test_friction_gives_no_energy_where_flanks_hammer(transition):
 def liu_pair(sliding, speed):
     """Settled at a speed [Hz]: RMS of the transmission error and mean power taken."""
     source = ExcitationSettings(kind="rectangular")
-    model = LumpedModel(excitation=source, friction=0.1, bending=0.39, sliding=sliding)
+    model = LumpedModel(
+        number=1, excitation=source, friction=0.1, bending=0.39, sliding=sliding
+    )
     system = lumped_system(load_gear_set("liu-pair"), 100.0, model)
     motion = time_history(system, speed, Settings(steps=256, max_periods=100))
     time = motion.history.time

@@ -11,6 +11,7 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped import sweep_all
 from lumped.steady.jumps import find_jumps, find_peaks, prominent_maxima
 
@@ -112,7 +113,9 @@ def idler_system(torque=100.0):
     """The built-in train with rectangular waves of the printed figures."""
     excitations = Excitations(ExcitationSettings(kind="rectangular"))
     gear_set = load_gear_set("liu-idler")
-    return lumped_system(gear_set, torque, excitations=excitations)
+    return lumped_system(
+        gear_set, torque, LumpedModel(number=1), excitations=excitations
+    )
 
 
 def test_jumps_of_the_idler_train():

@@ -9,6 +9,7 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from validation.commands.validate.random_sets.reduced_gears import (
     elastic_gears,
     reduced_gears,
@@ -28,7 +29,9 @@ SOURCE = ExcitationSettings(resolution="coarse", positions=64)
 def model(private_cache):
     """Of a pair with its modes up to 40 kHz or more."""
     gear_set, excitations = load_gear_set("liu-pair"), Excitations(SOURCE)
-    reference = lumped_system(gear_set, 100.0, excitations=excitations)
+    reference = lumped_system(
+        gear_set, 100.0, LumpedModel(number=1), excitations=excitations
+    )
     elastic = elastic_gears(gear_set, [4000.0], SOURCE.statics, 1.0)
     return reduced_gears(gear_set, 100.0, reference, excitations, elastic)
 

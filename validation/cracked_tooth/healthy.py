@@ -24,7 +24,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.planes import section_plane
 from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import solve_mesh
+from fegear.statics.solving import mesh_statics
 from lumped.closed_forms.tooth_energy import ToothMaterial, contact_compliance
 from lumped.common.array_types import Array
 from meshes import GearPair
@@ -96,7 +96,7 @@ class HealthyPair:
     def solved(self, corner_contact: bool) -> StaticsResult:
         """Mesh at the positions, by finite elements."""
         settings = replace(self.settings, corner_contact=corner_contact)
-        return solve_mesh(self.gear_set, self.mesh, [self.torque], settings)
+        return mesh_statics(self.gear_set, self.mesh, [self.torque], settings)
 
     @cached_property
     def on_path(self) -> StaticsResult:

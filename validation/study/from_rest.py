@@ -16,6 +16,7 @@ from fegear.dynamics.stepper import DynamicSettings, ImplicitStepper, TimeSteps
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
 from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from lumped.common.array_types import Array
 from lumped.train.system import LumpedSystem
 
@@ -64,7 +65,9 @@ def subject(
     parts: tuple[float, ...] = SPEEDS,
 ) -> Subject:
     shared_excitations = excitations or Excitations()
-    reference = lumped_system(gear_set, torque, excitations=shared_excitations)
+    reference = lumped_system(
+        gear_set, torque, LumpedModel(number=1), excitations=shared_excitations
+    )
     return Subject(gear_set, torque, reference, shared_excitations, periods, parts)
 
 

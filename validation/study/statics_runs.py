@@ -8,8 +8,8 @@ import numpy as np
 
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics import solving
 from fegear.statics.excitation import Excitations
-from fegear.statics.solving import solve_mesh
 from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 from lumped.train.analytic import lowest_deflection
@@ -55,7 +55,7 @@ def _element_statics(
     if spec.friction > 0.0:
         statics = excitations.settings.statics_of(spec.gear_set, mesh)
         settings = replace(statics, friction=spec.friction)
-        table = solve_mesh(spec.gear_set, mesh, [torque], settings).table
+        table = solving.mesh_statics(spec.gear_set, mesh, [torque], settings).table
     return Statics(
         mesh + 1,
         force,

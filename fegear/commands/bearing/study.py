@@ -223,7 +223,7 @@ def _pressure_warnings(
         )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class BearingLoadResult(StudyResult):
     """A bearing under a radial load.
 

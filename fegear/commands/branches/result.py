@@ -39,7 +39,7 @@ LEGEND = (
 )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class BranchesResult(StudyResult):
     """Branches of a gear set.
 

@@ -64,7 +64,7 @@ class UnstableSpeeds:
 MAX_SHOWN = 24  # critical speeds on the screen
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class CampbellResult(StudyResult):
     """Campbell diagram of a gear set.
 

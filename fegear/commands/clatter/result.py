@@ -41,7 +41,7 @@ NOISE_KEYS = (  # of a play in the summary: what of its noise
 )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ClatterResult(StudyResult):
     """Impacts of a gearbox, by wheels that depend on each other.
 

@@ -145,6 +145,7 @@ class Dynamics(
     def reference(self) -> LumpedModel:
         """The lumped model 1, whose modes and tables the finite elements share."""
         return LumpedModel(
+            number=1,
             translations=self.translations,
             bearings="linear",
             damping_ratio=self.damping_ratio,
@@ -395,7 +396,7 @@ class DynamicsProblem(Problem):
         )
 
 
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class DynamicsResult(ResponsesResult):
     """Branches of the finite elements.
 

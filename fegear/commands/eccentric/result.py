@@ -39,7 +39,7 @@ CONTACT_TABLE_HEADER = "transmission_error_um", "contact_torque_ratio"
 MIN_POSITIONS = 4  # for each tooth, below which peaks are missed
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class EccentricResult(StudyResult):
     """Eccentric wheels; columns (n,) : of the contact over a turn, none without it."""
 

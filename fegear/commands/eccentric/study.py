@@ -18,6 +18,7 @@ from fegear.commands.eccentric.turn import STEEL, Columns, contact_columns, whee
 from fegear.figures.film import FILMS
 from fegear.files.errors import InputError
 from fegear.files.output import TABLE_FORMATS, TO_SINGLE_TABLE, TO_TABLE
+from fegear.gearset.torque_limits import TORQUE
 from fegear.statics.choices import RESOLUTION
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import display_name, setting
@@ -85,7 +86,7 @@ class Eccentric(
         None,
         "Torque on the driver [N\u00a0m], for the contact of steel wheels over a turn "
         "of the driven wheel. [default: none]",
-        Range(least=1e-6, below=1e9, unit="N m"),
+        TORQUE,
     )
     face_width: float | None = setting(
         None, "Width of both wheels [mm]. [default: 10]", LENGTH

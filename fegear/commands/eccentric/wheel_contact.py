@@ -45,7 +45,7 @@ class Pairs:
     radius: Array
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class TurnContact(Result):
     """Contact at positions (n,) of a turn of the driven wheel.
 

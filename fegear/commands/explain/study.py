@@ -48,7 +48,7 @@ class Explanation(Study, command="explain", example="explain W03 E01"):
         return ExplanationResult(self, [codes()[code] for code in chosen])
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ExplanationResult(StudyResult):
     """Entries in the order asked for."""
 

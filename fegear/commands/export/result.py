@@ -54,7 +54,7 @@ UNITS = {
 }
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ModelExportResult(StudyResult):
     """A train about its state under load, or its mean mesh stiffness.
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Literal
 
+from fegear.boundary import mesh_index
 from fegear.commands.export.fmu import FmuMesh
 from fegear.commands.export.result import MODELS, ModelExportResult
 from fegear.files.output import listed
@@ -20,7 +21,7 @@ from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import group, refuse_non_default, setting, setting_of
 from fegear.studies.study import NO_PICTURES, Study
-from fegear.studies.trains.gear_sets import GearSetRef, mesh_index
+from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.studies.trains.loads import chosen_torque, torque_setting
 from fegear.studies.trains.mean_stiffness import (
     FE_SETTINGS,
@@ -120,6 +121,7 @@ class ModelExport(
     ) -> tuple[LinearModel, list[str]]:
         """The equations about the loaded state, and where each stiffness comes from."""
         model = LumpedModel(
+            number=1,
             translations=self.translations,
             damping_ratio=self.damping_ratio,
             excitation=self.excitation,

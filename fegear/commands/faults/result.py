@@ -47,7 +47,7 @@ def indicator_column(signal: str, indicator: str) -> str:
     return name if indicator in UNITLESS else name + unit
 
 
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class FaultSignalsResult(StudyResult):
     """A labelled set of signals.
 

@@ -89,7 +89,7 @@ class Candidate:
     misfit: float
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Identified(Result):
     """The chosen set, computed anew with its own hubs, and the valley around it.
 

@@ -34,7 +34,7 @@ LARGE_MISFIT = 3.0  # spreads of a figure, beyond which it is not met
 BOUND_RTOL = 1e-3  # relative distance
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class IdentificationResult(StudyResult):
     """The set chosen, and the valley of sets along the hub radius of a gear."""
 

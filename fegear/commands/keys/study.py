@@ -52,7 +52,7 @@ class KeyList(Study, command="keys", example="keys gear-set"):
         return KeyListResult(self, [key for kind in kinds for key in file_keys(kind)])
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class KeyListResult(StudyResult):
     """Keys by file and table."""
 

@@ -23,7 +23,7 @@ FORMAT = "lumped parameter map 2"
 MAX_REASONS = 3  # why points are impossible, on the screen
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class MapResult(StudyResult):
     """Vibration over a grid of parameters."""
 

@@ -69,7 +69,7 @@ class GearMesh(
         return GearMeshResult(self, name, gear.name, gear.geometry.teeth, sector)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class GearMeshResult(StudyResult):
     """The mesh of a sector; files have as many as are asked for."""
 

@@ -36,7 +36,7 @@ MIN_MESH_ENERGY_FRACTION = (
 )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ModesResult(StudyResult):
     """Modes of a train.
 

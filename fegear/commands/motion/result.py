@@ -49,7 +49,7 @@ PLANET_COLUMNS: Columns = {
 }
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class MotionResult(StudyResult):
     """A motion over time.
 

@@ -109,7 +109,7 @@ def problem_of(converted: RexsGearSet) -> str:
     return ""
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class NewFileResult(StudyResult):
     """Text of the file, and what it has of a REXS file.
 

@@ -98,7 +98,7 @@ def default_side(iterations: int) -> int:
     return min(max(side, MIN_CELLS), DEFAULT_CELLS)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class BasinsResult(StudyResult):
     """Basins of a named machine."""
 

@@ -81,7 +81,7 @@ class OverFigures(StudyResult):
         return meanings("rattle bifurcation", *columns)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class BifurcationResult(OverFigures):
     """Branches of a named machine over a parameter, with long runs."""
 
@@ -169,7 +169,7 @@ class BifurcationResult(OverFigures):
                 )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ExistenceResult(OverFigures):
     """Curves of bifurcations of a named machine over two figures."""
 

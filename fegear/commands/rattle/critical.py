@@ -46,7 +46,7 @@ class RattleThreshold(
         return CriticalResult(self, named, contact_limits(named))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class CriticalResult(StudyResult):
     """Critical eccentricity, margin of contact and sensitivities of a machine."""
 

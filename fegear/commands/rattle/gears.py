@@ -13,15 +13,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from fegear.boundary import mesh_index
 from fegear.files.errors import InputError
 from fegear.files.output import write_text
 from fegear.files.toml import toml_value
 from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.gearset.schema import MIN_TORQUE
+from fegear.gearset.torque_limits import MIN_TORQUE
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import solve_mesh
+from fegear.statics.solving import mesh_statics
 from fegear.statics.table_warnings import table_warnings
 from fegear.studies.page import Page, heading
 from fegear.studies.problem import Job, Task
@@ -34,7 +35,7 @@ from fegear.studies.settings import (
     setting,
 )
 from fegear.studies.study import NO_PICTURES, Study
-from fegear.studies.trains.gear_sets import GearSetRef, mesh_index, mesh_setting
+from fegear.studies.trains.gear_sets import GearSetRef, mesh_setting
 from lumped.common.options import Range
 from lumped.common.units import UM
 from lumped.rattle.assembly import Assembly, Shafts
@@ -113,7 +114,7 @@ class MachineFromGears(
     def _build_machine(self, job: Job) -> MachineOfGearsResult:
         pair = self.pair
         place = pair.gear_set, self.mesh - 1, (pair.torque,)
-        solved = solve_mesh(*place, self.elements, job.report)
+        solved = mesh_statics(*place, self.elements, job.report)
         entries = solved.key_figures[0]
         row = {name: entries[name] for name in OF_MESH}
         assembly = pair.assembly(row["mean_stiffness_N_per_m"])
@@ -230,7 +231,7 @@ class Pair:
             yield f"figures of the gears: listed by fegear show {self.gear_set.name}"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class MachineOfGearsResult(StudyResult):
     """The machine and the figures of the gears that it is made from."""
 

@@ -140,7 +140,7 @@ class Manifolds(
         return ManifoldsResult(self, self.named, manifolds, grazing, basins)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ManifoldsResult(StudyResult):
     """Curves of a machine; grazing : the grazing curve and its pre-images."""
 

@@ -95,7 +95,7 @@ class RattleNoise(
         return NoiseResult(self, self.named, noise, iterations, settling)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class NoiseResult(StudyResult):
     """Noise of runs of a named machine.
 

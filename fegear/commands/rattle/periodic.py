@@ -111,7 +111,7 @@ def _from_sticking(motion: Sticking) -> PeriodicMotion:
     return PeriodicMotion(motion.name, motion.turns, True, 0.0, ((time, speed),))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class PeriodicResult(StudyResult):
     """Motions of a named machine that repeat."""
 

@@ -91,7 +91,7 @@ class RunDown(
         return RunDownResult(self, time, turns, *fits)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class RunDownResult(StudyResult):
     """Exponentials fitted to a run-down and to both of its halves.
 

@@ -54,7 +54,7 @@ COMPROMISE_COLUMNS: Columns = {
 }
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ReliefResult(StudyResult):
     """Best reliefs, and what they do.
 

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fegear.boundary import mesh_index
 from fegear.commands.relief.best_relief import (
     PLACES,
     BestRelief,
@@ -39,7 +40,7 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem, solve_mesh
+from fegear.statics.solving import contact_problem, mesh_statics
 from fegear.statics.table_warnings import table_warnings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting
@@ -47,7 +48,6 @@ from fegear.studies.study import PLOT, Study
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    mesh_index,
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torques, torques_setting
@@ -241,7 +241,9 @@ class ReliefDesign(
         """Find the best reliefs of a mesh, by its index, at torques [N m]."""
         gears, settings = self.gear_set.loaded, self.elements
         quick_settings = replace(settings, estimate_error=False, root_stress=False)
-        before = solve_mesh(gears, index, torques, quick_settings, job.report).cycle.ste
+        before = mesh_statics(
+            gears, index, torques, quick_settings, job.report
+        ).cycle.ste
         problem = self._relief_problem(index, torques, float(np.abs(before).max()))
         objective = self._static_objective(
             "largest" if self.objective == "vibration" else self.objective
@@ -291,7 +293,7 @@ class ReliefDesign(
             tolerance=self._tolerance(problem, design, objective),
             warnings=[
                 *gear_set_warnings(after),
-                *table_warnings(solve_mesh(after, index, torques, settings)),
+                *table_warnings(mesh_statics(after, index, torques, settings)),
             ],
             tables=load_tables(self.gear_set.name, self.gear_set.overrides | edits),
             complete=complete,
@@ -435,4 +437,4 @@ class ReliefDesign(
 def _transmission_errors(
     gears: Any, index: int, torques: Any, settings: StaticsSettings
 ) -> Any:
-    return solve_mesh(gears, index, torques, settings).cycle.ste
+    return mesh_statics(gears, index, torques, settings).cycle.ste

@@ -9,6 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from fegear.boundary import mesh_index
 from fegear.figures.film import FILMS
 from fegear.files.errors import InputError
 from fegear.gearset.edit import parsed_value
@@ -53,7 +54,6 @@ from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    mesh_index,
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque
@@ -235,7 +235,7 @@ def _edits_of(file: HistoryFile) -> dict[str, Any]:
     return {key: parsed_value(value) for key, value in file.edits.items()}
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ContactPicturesResult(StudyResult):
     """What the file shows, which is written.
 

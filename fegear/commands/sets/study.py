@@ -32,7 +32,7 @@ class BuiltinSets(Study, command="sets", example="sets"):
         )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class BuiltinSetsResult(StudyResult):
     """The sets in the order of their names."""
 

@@ -150,7 +150,7 @@ class SharingProblem(TrainProblem):
         return lumped_system(self.gears, torque, model, source)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class PlanetLoadSharingResult(StudyResult):
     """Load sharing at each torque, with centres fixed and on bearings."""
 

@@ -137,7 +137,7 @@ class DerivedGeometry(Study, command="show", example="show liu-idler --plot idle
         return DerivedGeometryResult(self, self.gear_set.loaded)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class DerivedGeometryResult(StudyResult):
     """Figures of the gear set; its picture is the file that is written."""
 

@@ -27,7 +27,7 @@ from lumped.signals.sampling import TurningGear, residual_indicators
 from lumped.steady.ramps import SpeedRamp
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class SignalsResult(StudyResult):
     """Signals at equal steps of time, and their averages over turns of a gear.
 

@@ -28,7 +28,7 @@ MAX_SHOWN = 12  # intervals on the screen
 LEGEND = MESH_FREQUENCY, "floquet_max", "kind"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class StabilityResult(StudyResult):
     """Charts of a gear set.
 

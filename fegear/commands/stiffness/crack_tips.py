@@ -66,7 +66,7 @@ def crack_tips(
     """
     problem, cycle = solved.problem, solved.cycle
     tips = []
-    for side, gear in enumerate(gear_set.meshes[solved.mesh].gears):
+    for side, gear in enumerate(gear_set.meshes[solved.mesh - 1].gears):
         faults = problem.flanks[side].faults
         if faults is None or not faults.cracked:
             continue
@@ -83,7 +83,7 @@ def crack_tips(
             intensity, rate, error = _over_positions(
                 problem, cycle, side, (faults, number, influence)
             )
-            tooth = tooth_in_cycles(gear_set, solved.mesh, gear, np.array([number]))
+            tooth = tooth_in_cycles(gear_set, solved.mesh - 1, gear, np.array([number]))
             tips.append(
                 CrackIntensities(body.name, int(tooth[0]) + 1, intensity, rate, error)
             )

@@ -110,7 +110,7 @@ ROOT_STRESS_NOTE = (
 CRACK_TIP_TITLE = "Tips of cracks where their energy release rate is largest"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class StiffnessResult(StudyResult):
     """A mesh table with what its gears are warned of.
 

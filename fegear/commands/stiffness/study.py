@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from fegear.boundary import mesh_index
 from fegear.commands.stiffness.crack_tips import crack_tips
 from fegear.commands.stiffness.result import StiffnessResult
 from fegear.files.errors import InputError
@@ -15,14 +16,13 @@ from fegear.gearset.faults.checks import without_faults
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import solve_mesh
+from fegear.statics.solving import mesh_statics
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.study import PLOT, Study
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    mesh_index,
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torques, torques_setting
@@ -119,11 +119,11 @@ class MeshStiffness(
     def _solve_stiffness(
         self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
     ) -> StiffnessResult:
-        solved = solve_mesh(gears, index, torques, self.elements, job.report)
+        solved = mesh_statics(gears, index, torques, self.elements, job.report)
         healthy = None
         if any(gears.gears[gear].faults.any for gear in gears.meshes[index].gears):
             alone = replace(self.elements, estimate_error=False, root_stress=False)
-            healthy = solve_mesh(without_faults(gears), index, torques, alone).table
+            healthy = mesh_statics(without_faults(gears), index, torques, alone).table
         warnings = tuple(gear_set_warnings(gears))
         tips = crack_tips(gears, solved, self.elements)
         return StiffnessResult(self, gears.name, solved, warnings, healthy, tips)

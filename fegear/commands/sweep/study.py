@@ -195,7 +195,7 @@ class SweepProblem(TrainProblem):
         )
 
 
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class SweepResult(ResponsesResult):
     """Branches of a lumped model, and spectra of their motions."""
 

@@ -30,7 +30,7 @@ OPTIMAL_RELIEF = (
 )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class TheoryResult(StudyResult):
     """Predictions for a gear set, frequencies of the first mesh [Hz].
 

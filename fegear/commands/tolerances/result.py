@@ -52,7 +52,7 @@ def _percent_text(value: float, of: float) -> str:
     return f"{100.0 * (value / of - 1.0):+.1f}"
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class TolerancesResult(StudyResult):
     """Bands of pairs of gears within their tolerances; torque : on the driver [N m]."""
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from fegear.boundary import mesh_index
 from fegear.commands.tolerances.bands import (
     SolvedSamples,
     ToleranceBands,
@@ -38,7 +39,6 @@ from fegear.studies.study import PLOT, Study
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    mesh_index,
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque

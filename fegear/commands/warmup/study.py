@@ -248,7 +248,7 @@ class Warmup(Study, command="warmup", example="warmup"):
         return WarmupResult(self, len(set[str]().union(*results.values())))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class WarmupResult(StudyResult):
     """What was compiled, and what the cache holds.
 

@@ -54,7 +54,7 @@ CHANGES: Columns = {
 }
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class FlankWearResult(StudyResult):
     """Depth of wear of both flanks, and what it changes in their mesh.
 

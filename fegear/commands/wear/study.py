@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from fegear.boundary import mesh_index
 from fegear.commands.wear.archard import (
     DEPTH_STEP_SHARE,
     MIN_STEPS,
@@ -36,7 +37,6 @@ from fegear.studies.study import PLOT, Study
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    mesh_index,
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque

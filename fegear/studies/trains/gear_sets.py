@@ -17,12 +17,12 @@ from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import files_of_gear_set
-from fegear.studies.page import pluralize
 from fegear.studies.settings import argument, display_name, require_settings, setting
+from lumped.common.short_repr import ShortRepr
 
 
 @dataclass(frozen=True, kw_only=True)
-class GearSetRef:
+class GearSetRef(ShortRepr):
     """A gear set by its name, and what is changed in it for one run.
 
     preloaded : the gear set itself, in place of one that is read
@@ -127,12 +127,3 @@ DEFAULT_PAIR = GearSetRef(name="liu-pair")
 
 def mesh_setting() -> Any:
     return setting(1, "Number of the mesh, counted from 1.")
-
-
-def mesh_index(gears: GearSet, mesh: int) -> int:
-    """Index from 0 of a mesh by its number; InputError where it is not there."""
-    count = len(gears.meshes)
-    if not 1 <= mesh <= count:
-        has = pluralize(count, "mesh", "meshes")
-        raise InputError(f"mesh = {mesh}; {gears.name} has {has}")
-    return mesh - 1

@@ -5,16 +5,14 @@ from __future__ import annotations
 from contextlib import suppress
 from typing import Any
 
+from fegear.boundary import require_torque
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
-from fegear.gearset.schema import MIN_TORQUE
+from fegear.gearset.torque_limits import TORQUE, TORQUE_LIMITS
 from fegear.studies.settings import setting
 from lumped.steady.maps import Axis
-
-LOAD = "must be 0, or at least 1e-6 and below 1e9 N m, on the input gear"
-DRIVER_LOAD = "must be at least 1e-6 and below 1e9 N m, on the driving gear"
 
 
 def torque_setting() -> Any:
@@ -72,8 +70,12 @@ def chosen_torques(
 
 def _require_load(value: float, name: str, is_free: bool) -> None:
     """Refuse a torque that is no load; is_free : whether it may be 0."""
-    if not (MIN_TORQUE <= value < 1e9 or (is_free and value == 0.0)):
-        raise InputError(f"{name} = {value:.12g}; {LOAD if is_free else DRIVER_LOAD}")
+    if not is_free:
+        require_torque(name, value, "the driving gear")
+    elif value != 0.0 and value not in TORQUE:
+        raise InputError(
+            f"{name} = {value:.12g}; must be 0, or {TORQUE_LIMITS}, on the input gear"
+        )
 
 
 def require_torque_axis(axis: Axis, over: str) -> None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import Any
 
-from fegear.files.contents import content_digest
+from fegear.files.contents import content_digest, exact_repr
 from fegear.files.errors import InputError
 from fegear.files.speed_ranges import MESH_FREQUENCY
 from fegear.gearset.edit import require_known_key
@@ -241,4 +241,4 @@ class ParametricProblem(TrainProblem):
 
 def digest(gear_set: GearSet) -> str:
     """Tells gear sets apart that have one name, such as a file that was edited."""
-    return content_digest(repr(gear_set).encode())
+    return content_digest(exact_repr(gear_set).encode())

@@ -52,7 +52,7 @@ UNITS = {
 }
 
 
-@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ResponsesResult(StudyResult):
     """Branches of responses over speed.
 

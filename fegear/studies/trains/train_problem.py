@@ -34,6 +34,7 @@ from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel, has_rolling_bearings, resolve_model
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
+from lumped.common.short_repr import ShortRepr
 from lumped.steady.integration_settings import Settings
 from lumped.train.bodies import TrainError
 from lumped.train.rolling_supports import bearing_loads
@@ -60,7 +61,7 @@ SETTING_OF_KEY = {
 
 
 @dataclass(frozen=True, eq=False)
-class TrainFacts:
+class TrainFacts(ShortRepr):
     """What a result tells of its train.
 
     summary : first entries of the summary, None for what varies

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import ClassVar
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, ClassVar
 
 from fegear.files.errors import InputError
 from fegear.studies.settings import exposed_fields, group_of, refusal
@@ -30,10 +30,19 @@ class TrainStudy:
 
     def __post_init__(self) -> None:
         super().__post_init__()  # type: ignore[misc]
+        self._take_own_number()
         if not self.has_friction:
             for name in ("bending", "sliding", "torque_of"):
                 if getattr(self.model, name) != getattr(LumpedModel(), name):
                     raise self.rejection(name, "needs {friction} above 0")
+
+    def _take_own_number(self) -> None:
+        """A model that is auto has the number of the study where that has only some."""
+        default = next(f.default for f in fields(self) if f.name == "model")
+        number: Any = getattr(default, "number", "auto")
+        if self.model.number == "auto" and number != "auto":
+            model = replace(self.model, number=number)
+            object.__setattr__(self, "model", model)
 
     @property
     def has_friction(self) -> bool:

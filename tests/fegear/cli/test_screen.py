@@ -13,10 +13,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from fegear.cli import run
-from fegear.cli.screen import ruled_table, screen
 from fegear.rendering.labels import BAR_LETTERS, legend
 from fegear.rendering.look import COLOURS, RenderStyle
 from fegear.studies.page import number
+from fegear.studies.page_text import ruled_table, screen
 from lumped.figures.drawing import draw_legend, draw_title, panels
 
 ROOT = Path(__file__).parents[3]

@@ -45,7 +45,7 @@ def solved(driver=0, resolution="default", friction=0.0, plane="stress"):
         resolution=resolution, estimate_error=False, friction=friction, plane=plane
     )
     gears = gear_set(PLANET, RING, driver=driver, torque=torque)
-    return solve_mesh(gears, 0, [torque], settings)
+    return solve_mesh(gears, 1, [torque], settings)
 
 
 @pytest.mark.slow
@@ -175,7 +175,7 @@ def test_pitch_errors_of_the_ring():
         if ring_errors is not None:
             ring["pitch_errors_um"] = ring_errors
         gears = gear_set(planet, ring)
-        return solve_mesh(gears, 0, [TORQUE], settings).table["ste_m"][0]
+        return solve_mesh(gears, 1, [TORQUE], settings).table["ste_m"][0]
 
     plain = ste()
     back = ste(ring_errors=[5.0] * 48)
@@ -194,7 +194,7 @@ def test_pitch_errors_of_the_ring():
 
 def stiffness(gears, size="default"):
     settings = StaticsSettings(estimate_error=False, resolution=size)
-    return solve_mesh(gears, 0, [TORQUE], settings).table["stiffness_N_per_m"][0]
+    return solve_mesh(gears, 1, [TORQUE], settings).table["stiffness_N_per_m"][0]
 
 
 @pytest.mark.slow

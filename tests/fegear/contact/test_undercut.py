@@ -42,7 +42,7 @@ def solved(resolution="default", positions=64):
     settings = StaticsSettings(
         resolution=resolution, positions=positions, estimate_error=False
     )
-    return solve_mesh(make_gear_set(TABLES), 0, [TORQUE], settings)
+    return solve_mesh(make_gear_set(TABLES), 1, [TORQUE], settings)
 
 
 # one pair; two, of which one leaves; and before, beside and behind the path's start
@@ -138,7 +138,7 @@ def test_driver_and_driven_gear_can_change_roles():
     load = {"gear": "wheel", "torques_Nm": [TORQUE * 45 / 12]}
     gears = make_gear_set(TABLES | {"mesh": [mesh], "load": load})
     settings = StaticsSettings(estimate_error=False)
-    swapped = solve_mesh(gears, 0, load["torques_Nm"], settings)
+    swapped = solve_mesh(gears, 1, load["torques_Nm"], settings)
     assert swapped.problem.pair.contact_ratio == pytest.approx(
         solved().problem.pair.contact_ratio
     )
@@ -187,7 +187,7 @@ def test_random_undercut_pairs_have_solutions_that_grow_with_the_torque():
     positions = np.arange(16) / 16
     settings = StaticsSettings(resolution="coarse", estimate_error=False, positions=1)
     for gear_set in islice(pairs, 8):
-        problem = solve_mesh(gear_set, 0, [TORQUE], settings).problem
+        problem = solve_mesh(gear_set, 1, [TORQUE], settings).problem
         drive = solve_cycle(problem, [0.1 * TORQUE, TORQUE, 3.0 * TORQUE], positions)
         back = solve_cycle(problem, [-TORQUE], positions)
         assert max(drive.residual.max(), back.residual.max()) < 1e-10
@@ -204,7 +204,7 @@ def test_the_end_of_an_undercut_flank_is_an_edge():
 @pytest.mark.parametrize(("torque", "warned"), [(TORQUE, True), (20.0, False)])
 def test_a_warning_says_that_the_tip_strikes_the_edge(torque, warned):
     settings = StaticsSettings(resolution="coarse", positions=16, estimate_error=False)
-    solution = solve_mesh(make_gear_set(TABLES), 0, [torque], settings)
+    solution = solve_mesh(make_gear_set(TABLES), 1, [torque], settings)
     strikes = [line for line in table_warnings(solution) if line.endswith("[W36]")]
     assert len(strikes) == warned
     assert all("at a clearance of 7.4 um" in line for line in strikes)

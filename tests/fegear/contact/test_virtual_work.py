@@ -25,7 +25,7 @@ PITCH_ERRORS = {"gear.1.pitch_errors_um": [10, 0] * 19}
 def solved(edits, torques=(1.0, 10.0, 80.0), **settings):
     gear_set = load_gear_set("liu-pair", edits=edits)
     chosen = StaticsSettings(estimate_error=False, **settings)
-    return solve_mesh(gear_set, 0, torques, chosen)
+    return solve_mesh(gear_set, 1, torques, chosen)
 
 
 @pytest.fixture(scope="module")

@@ -23,6 +23,7 @@ from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import RESOLUTIONS
 from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from meshes import sector as meshing
 
 TORQUE, SPEED, CUTOFF = 100.0, 1500.0, 15e3
@@ -33,7 +34,7 @@ STRESS = replace(STRAIN, plane="stress")
 
 def prepared(gear_set, source, fidelity="reduced", torque=TORQUE):
     tables = Excitations(source)
-    system = lumped_system(gear_set, torque, excitations=tables)
+    system = lumped_system(gear_set, torque, LumpedModel(number=1), excitations=tables)
     elements = FiniteElements(fidelity=fidelity, cutoff_Hz=CUTOFF, mesh=0.25)
     args = system, [SPEED], elements, DynamicSettings(), tables
     return prepare(gear_set, torque, *args).stepper

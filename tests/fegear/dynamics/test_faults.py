@@ -156,7 +156,9 @@ def test_slow_motion_has_the_statics_of_every_pair(elements, fault):
 @pytest.mark.parametrize("number", ["coupled", "quasistatic"])
 def test_an_eccentric_gear_turns_the_error_by_its_eccentricity(elements, number):
     gear_set = gears_with("eccentricity")
-    reference = lumped_system(gear_set, 2.0, LumpedModel(excitation=SOURCE), elements)
+    reference = lumped_system(
+        gear_set, 2.0, LumpedModel(number=1, excitation=SOURCE), elements
+    )
     if number == "coupled":
         model = LumpedModel(number=number, excitation=SOURCE)
         system = lumped_system(gear_set, 2.0, model, elements)

@@ -34,7 +34,9 @@ def example():
 @pytest.fixture(scope="module")
 def prepared(example, private_cache):
     tables = Excitations(ExcitationSettings(resolution="coarse", positions=64))
-    reference = lumped_system(example, TORQUE, excitations=tables)
+    reference = lumped_system(
+        example, TORQUE, LumpedModel(number=1), excitations=tables
+    )
 
     def make(fidelity):
         elements = FiniteElements(fidelity=fidelity, mesh=0.25)

@@ -16,6 +16,7 @@ from fegear.gearset import load_gear_set
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 
 FULL = FiniteElements(fidelity="full", mesh=0.35)
 
@@ -27,7 +28,9 @@ def made(private_cache):
 
     def make(name):
         gear_set = load_gear_set(name)
-        system = lumped_system(gear_set, 100.0, excitations=tables)
+        system = lumped_system(
+            gear_set, 100.0, LumpedModel(number=1), excitations=tables
+        )
         args = system, [1000.0], FULL, DynamicSettings(), tables
         return prepare(gear_set, 100.0, *args)
 

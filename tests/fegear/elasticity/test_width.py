@@ -212,7 +212,7 @@ def test_a_table_of_their_width_is_between_those_of_plane_states():
     gears = load_gear_set("liu-pair")
     coarse = {"positions": 8, "resolution": "coarse", "root_stress": False}
     stress, width, strain = (
-        solve_mesh(gears, 0, [100.0], StaticsSettings(plane=plane, **coarse))
+        solve_mesh(gears, 1, [100.0], StaticsSettings(plane=plane, **coarse))
         for plane in ("stress", "width", "strain")
     )
     means = [one.table["stiffness_N_per_m"].mean() for one in (stress, width, strain)]
@@ -227,7 +227,7 @@ def test_thin_teeth_are_warned_of():
     settings = StaticsSettings(
         plane="width", positions=4, resolution="coarse", root_stress=False
     )
-    solved = solve_mesh(gears, 0, [4.0], settings)
+    solved = solve_mesh(gears, 1, [4.0], settings)
     assert any("[W56]" in line for line in table_warnings(solved))
 
 
@@ -266,7 +266,7 @@ def test_pairs_are_between_plane_stress_and_plane_strain(number):
         torque = 50e3 * module * gears.gears[0].geometry.base_radius
         solved = solve_mesh(
             gears,
-            0,
+            1,
             [torque * gears.common_width(0)],
             StaticsSettings(
                 plane=plane,

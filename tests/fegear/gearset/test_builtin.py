@@ -69,7 +69,8 @@ def test_identified_gears_have_the_printed_mesh_stiffness(name, variations):
     settings = StaticsSettings(estimate_error=False)
     torques = mesh_torques_at(gear_set, 100.0)
     for m, (torque, printed) in enumerate(zip(torques, variations, strict=True)):
-        k = solve_mesh(gear_set, m, [torque], settings).table["stiffness_N_per_m"][0]
+        table = solve_mesh(gear_set, m + 1, [torque], settings).table
+        k = table["stiffness_N_per_m"][0]
         assert k.mean() == pytest.approx(gear_set.meshes[m].mean_stiffness, rel=0.02)
         if printed is not None:
             assert np.ptp(k) / k.mean() == pytest.approx(printed, abs=0.025)

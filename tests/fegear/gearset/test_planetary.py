@@ -333,7 +333,7 @@ def test_torques_balance_and_planets_share_equally():
     )
     source = ExcitationSettings(kind="rectangular")
     for translations in (False, True):
-        model = LumpedModel(excitation=source, translations=translations)
+        model = LumpedModel(number=1, excitation=source, translations=translations)
         system = lumped_system(gear_set, 60.0, model)
         forces = system.modes.mean_stiffness * system.static_deflection
         force = 60.0 / 3 / gear_set.meshes[0].pair.driver.base_radius

@@ -218,7 +218,9 @@ def test_a_saved_table_has_meanings_and_units(tmp_path):
         over="friction=0:0.1:2",
         speeds=[1000.0, 1100.0],
         model=fegear.LumpedModel(
-            excitation=fegear.ExcitationSettings(kind="rectangular"), bending=0.39
+            number=1,
+            excitation=fegear.ExcitationSettings(kind="rectangular"),
+            bending=0.39,
         ),
     )
     fegear.run(study).save(tmp_path / "chart.nc")

@@ -303,6 +303,7 @@ def test_what_a_caller_delivers_is_safe(tmp_path):
 
 
 MODEL = fegear.LumpedModel(
+    number=1,
     damping_ratio=0.04 + 1e-3 / 3.0,
     excitation=fegear.ExcitationSettings(kind="rectangular"),
 )
@@ -336,7 +337,11 @@ EXAMPLES = {
         "torque": [100.0, 50.0 + 1.0 / 3.0],
         "speeds": [1000.0, 1100.0 + 1.0 / 3.0],
         "model": fegear.LumpedModel(
-            excitation=MODEL.excitation, friction=0.1, bending=0.0, translations=False
+            number=1,
+            excitation=MODEL.excitation,
+            friction=0.1,
+            bending=0.0,
+            translations=False,
         ),
     },
     "relief": {
@@ -376,7 +381,7 @@ EXAMPLES = {
         "gear_set": "liu-idler",
         "over": ("mesh.2.phase=0:1:4", "torque_Nm=50,100.333333333333333"),
         "at": 1000.0 + 1.0 / 3.0,
-        "model": fegear.LumpedModel(excitation=MODEL.excitation),
+        "model": fegear.LumpedModel(number=1, excitation=MODEL.excitation),
     },
     "stability": {
         "gear_set": "liu-idler",
@@ -388,7 +393,7 @@ EXAMPLES = {
         "gear_set": "liu-idler",
         "over": "damping_ratio=0.03,0.0333333333333333333",
         "at": 1000.0 + 1.0 / 3.0,
-        "model": fegear.LumpedModel(excitation=MODEL.excitation),
+        "model": fegear.LumpedModel(number=1, excitation=MODEL.excitation),
     },
     "branches": {
         "gear_set": "liu-pair",
@@ -440,7 +445,7 @@ EXAMPLES = {
         "gear_set": "planetary-24-36-96",
         "torque": (50.0 + 1.0 / 3.0,),
         "model": fegear.LumpedModel(
-            excitation=fegear.ExcitationSettings(resolution="coarse")
+            number=1, excitation=fegear.ExcitationSettings(resolution="coarse")
         ),
     },
     "theory": {"gear_set": "liu-idler", "torque": 50.0 + 1.0 / 3.0, "model": MODEL},

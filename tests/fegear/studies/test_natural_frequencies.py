@@ -14,7 +14,7 @@ from validation.commands.validate.random_sets.generator import random_gear_set
 from validation.commands.validate.random_sets.measuring import highest_resonance
 
 COARSE = fegear.ExcitationSettings(resolution="coarse", positions=32)
-SPRINGS = LumpedModel(excitation=COARSE)
+SPRINGS = LumpedModel(number=1, excitation=COARSE)
 KINDS = [0, *(pytest.param(number, marks=pytest.mark.slow) for number in (1, 2))]
 
 
@@ -27,7 +27,7 @@ def studies_of(gear_set, torque: float):
         "modes": fegear.NaturalModes(torque=torque, excitation=COARSE, **shared),
         "export": fegear.ModelExport(torque=torque, excitation=COARSE, **shared),
         "theory": fegear.Theory(
-            torque=torque, model=LumpedModel(excitation=COARSE), **shared
+            torque=torque, model=LumpedModel(number=1, excitation=COARSE), **shared
         ),
         "sweep": fegear.Sweep(torque=(torque,), speeds=(speed,), model=auto, **shared),
         "branches": fegear.Branches(
@@ -81,9 +81,9 @@ def test_they_are_those_of_finite_elements_without_loss_of_contact(number):
 def test_mean_stiffness_is_the_slope_of_the_static_transmission_error():
     """Finite differences of the mesh table at two torques on the driver."""
     gear_set = fegear.load_gear_set("liu-pair")
-    system, _ = system_of_modes(gear_set, 100.0, LumpedModel())
+    system, _ = system_of_modes(gear_set, 100.0, LumpedModel(number=1))
     (tangent,) = modes_under_load(system).mean_stiffness
-    table = fegear.solve_mesh(gear_set, 0, [99.0, 101.0]).table
+    table = fegear.solve_mesh(gear_set, 1, [99.0, 101.0]).table
     low, high = table["ste_m"].copy()
     slope = 2.0 / gear_set.meshes[0].pair.driver.base_radius / (high - low)
     assert tangent == pytest.approx(slope.mean(), rel=0.005)
@@ -91,7 +91,7 @@ def test_mean_stiffness_is_the_slope_of_the_static_transmission_error():
 
 def test_matrices_have_the_natural_frequencies_and_masses_of_rigid_gears():
     gear_set = fegear.load_gear_set("liu-idler")
-    model = LumpedModel(excitation=COARSE, translations=True)
+    model = LumpedModel(number=1, excitation=COARSE, translations=True)
     system, _ = system_of_modes(gear_set, 100.0, model)
     linear, modes = linear_model(system), modes_under_load(system)
     squares = np.linalg.eigvals(np.linalg.solve(linear.mass, linear.stiffness)).real

@@ -357,7 +357,7 @@ def test_elastic_teeth_lose_what_their_shares_of_the_load_say():
     settings = StaticsSettings(resolution="coarse", positions=64)
     source = ExcitationSettings(resolution="coarse", positions=64)
     factors = [
-        float(solve_mesh(gears, n, [on_driver], settings).loss_factors[0])
+        float(solve_mesh(gears, n + 1, [on_driver], settings).loss_factors[0])
         for n, on_driver in enumerate(mesh_torques_at(gears, TORQUE)[:2])
     ]
     meshes, power = slow_motion(gears, 100.0, excitation=source)

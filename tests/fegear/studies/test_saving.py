@@ -17,7 +17,9 @@ from fegear.studies import saving
 
 @pytest.fixture(scope="module")
 def result():
-    model = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
+    model = fegear.LumpedModel(
+        number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
+    )
     study = fegear.Sweep(
         gear_set="liu-pair", torque=[100.0], speeds=[2000.0, 2100.0], model=model
     )

@@ -32,7 +32,9 @@ def idler_motion(
         pitch = tuple(2e-6 * (tooth == 7) for tooth in range(38))
         first = replace(gears.gears[0], pitch_errors=pitch)
         gears = replace(gears, gears=(first, *gears.gears[1:]))
-    model = LumpedModel(translations=True, excitation=ExcitationSettings(kind=kind))
+    model = LumpedModel(
+        number=1, translations=True, excitation=ExcitationSettings(kind=kind)
+    )
     system = lumped_system(gears, 100.0, model)
     if direction is not None:
         parts = tuple(

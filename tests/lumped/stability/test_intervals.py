@@ -126,7 +126,7 @@ def test_what_grows_at_low_speeds_has_a_name(window):
 
 
 def test_names_tell_the_mesh_whose_harmonic_is_met():
-    model = LumpedModel(excitation=ExcitationSettings(kind="rectangular"))
+    model = LumpedModel(number=1, excitation=ExcitationSettings(kind="rectangular"))
     gears = load_gear_set("liu-countershaft")
     system = periodic_system(lumped_system(gears, 100.0, model))
     resonances = combinations(system, (500.0, 3000.0))

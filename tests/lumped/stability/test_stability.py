@@ -203,7 +203,7 @@ def test_the_printed_speeds_by_equations_written_again(speed, grows):
     assert largest_multiplier(pair, speed)[0] == pytest.approx(exact, abs=1e-7)
     edits = {"dynamics.damping_ratio": 0.0, "mesh.1.stiffness_variation": 0.1}
     model = LumpedModel(
-        excitation=ExcitationSettings(kind="rectangular"), translations=True
+        number=1, excitation=ExcitationSettings(kind="rectangular"), translations=True
     )
     system = lumped_system(load_gear_set("liu-friction", edits), 100.0, model)
     unit = system.resonances_Hz[0] / COUPLED[0]
@@ -379,7 +379,7 @@ def test_speeds_are_positive(speed):
 def test_harmonics_are_those_of_the_meshes():
     """Of a counter-shaft that repeats after five periods of the first mesh."""
     source = ExcitationSettings(kind="rectangular")
-    model = LumpedModel(excitation=source, friction=0.1, bending=0.4)
+    model = LumpedModel(number=1, excitation=source, friction=0.1, bending=0.4)
     gears = load_gear_set("liu-countershaft-2")
     varying = periodic_system(lumped_system(gears, 100.0, model))
     assert varying.length == 5.0
@@ -410,7 +410,7 @@ def test_pitch_errors_change_no_stability():
     """They move the teeth, which stay in contact, and not their stiffness."""
     teeth = load_gear_set("liu-pair").gears[0].geometry.teeth
     off = {"gear.1.pitch_errors_um": [0.0] * (teeth - 1) + [3.0]}
-    model = LumpedModel(excitation=ExcitationSettings(kind="rectangular"))
+    model = LumpedModel(number=1, excitation=ExcitationSettings(kind="rectangular"))
     one, other = (
         periodic_system(lumped_system(load_gear_set("liu-pair", edits), 100.0, model))
         for edits in ({}, off)

@@ -102,7 +102,7 @@ def test_a_pair_is_read_from_the_files_of_two_commands(tmp_path):
     """By the numbers that fegear has in memory."""
     gears = fegear.load_gear_set("liu-pair")
     settings = fegear.StaticsSettings(positions=8, estimate_error=False)
-    solved = fegear.solve_mesh(gears, 0, [100.0], settings)
+    solved = fegear.solve_mesh(gears, 1, [100.0], settings)
     solved.to_csv(tmp_path / "table.csv")
     study = fegear.ModelExport(gear_set="liu-pair", torque=100.0, stiffness="fe")
     model = fegear.run(study)

@@ -112,7 +112,7 @@ class Ablation(
         return AblationResult(self, self.gears.name, load, costs)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class AblationResult(StudyResult):
     """Errors and costs of the models against the finite elements.
 

@@ -143,12 +143,16 @@ def measure(
     damping : ratio of every mode, None for the gear set's
     """
     report("stiffness", 0, 1)
-    system = lumped_system(gear_set, torque, LumpedModel(damping_ratio=damping))
+    system = lumped_system(
+        gear_set, torque, LumpedModel(number=1, damping_ratio=damping)
+    )
     smooth = ExcitationSettings(kind="fourier", harmonics=3)
     waves = {
         "finite elements": system,
         "three harmonics": lumped_system(
-            gear_set, torque, LumpedModel(damping_ratio=damping, excitation=smooth)
+            gear_set,
+            torque,
+            LumpedModel(number=1, damping_ratio=damping, excitation=smooth),
         ),
     }
     speeds = default_speeds(system)

@@ -102,7 +102,9 @@ def measure(
     damping : ratio of every mode, None for the gear set's
     """
     report("stiffness", 0, 1)
-    system = lumped_system(gear_set, torque, LumpedModel(damping_ratio=damping))
+    system = lumped_system(
+        gear_set, torque, LumpedModel(number=1, damping_ratio=damping)
+    )
     timed: dict[str, Any] = {}
     studies = _cost_rows(system, report, timed, sizes)
     rows, interrupted = bench.collect(studies, "races", "growth")

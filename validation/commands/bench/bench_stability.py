@@ -44,6 +44,7 @@ SLOPE, START, STEP = -1.0, -1.0, 0.5  # a, b and h of figure 5.4
 BATCH = 500  # transitions that are timed at once, of compiled methods
 COEFFICIENT, DAMPING = 0.1, 0.001
 MODEL = LumpedModel(
+    number=1,
     excitation=ExcitationSettings(kind="rectangular"),
     translations=True,
     damping_ratio=DAMPING,

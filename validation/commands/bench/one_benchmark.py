@@ -130,7 +130,7 @@ class OneBenchmark:
         return BenchmarkResult(self, benchmark) if benchmark.tables[POINTS] else None
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class BenchmarkResult(StudyResult):
     """Run times and errors of one subject."""
 

@@ -156,7 +156,7 @@ class LumpedBenchmark(
         return StressTestResult(self, tuple(run_trials(families, job.report)))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class StressTestResult(StudyResult):
     """Attempts to break the lumped models, with what was promised and measured."""
 
@@ -375,7 +375,7 @@ def _report_with_subject(
     report(f"{subject}: {stage}", done, total)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class AllBenchmarksResult(StudyResult):
     """Run times and errors of all subjects."""
 

@@ -18,7 +18,7 @@ from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.planes import Plane, section_plane
 from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem, solve_mesh
+from fegear.statics.solving import contact_problem, mesh_statics
 from fegear.statics.table_warnings import table_warnings
 from meshes import GearPair, SpurGear
 from validation.oracles import hertz, iso6336, potential_energy, ring
@@ -92,7 +92,7 @@ def compare_mesh(
     spec, plane = gear_set.meshes[mesh], settings.plane_of(gear_set)
     teeth = without_pitch_errors(gear_set)
     solved = _SolvedMesh(
-        result=solve_mesh(teeth, mesh, [torque], settings),
+        result=mesh_statics(teeth, mesh, [torque], settings),
         gears=(gear_set.gears[spec.driver], gear_set.gears[spec.driven]),
         plane=plane,
         misalignment=spec.misalignment,

@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
+from fegear.boundary import mesh_index
 from fegear.files.codes import with_code
 from fegear.gearset.model import GearSet
 from fegear.statics.settings import StaticsSettings
@@ -19,7 +20,6 @@ from fegear.studies.table import Table
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
     GearSetRef,
-    mesh_index,
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque
@@ -97,7 +97,7 @@ class ClosedForms(Study, command="compare", example="compare liu-pair --torque 1
         return ClosedFormsResult(self, name, self.load, plane, comparison)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ClosedFormsResult(StudyResult):
     """Quantities by finite elements and by closed forms.
 

@@ -187,7 +187,7 @@ def with_earlier(
     return sorted([*results, *valid], key=lambda result: order(result.figure.number))
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ReproductionResult(StudyResult):
     """Computed and printed values of figures; the page is written.
 
@@ -261,7 +261,7 @@ def _lines(figure: dict[str, Any]) -> Iterator[str]:
     yield from (f"  {row['line']}" for row in figure["printed"])
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class FigureList(StudyResult):
     """Figures that can be made, and those that are left out."""
 

@@ -237,7 +237,7 @@ def _report_with_case(
     report(f"{case}: {stage}", done, total)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class ValidationResult(StudyResult):
     """Verdicts on models, case by case; the report is written.
 

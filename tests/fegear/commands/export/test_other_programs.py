@@ -14,6 +14,7 @@ from fegear.files.templates import template_text
 from lumped.train.modes import natural_modes
 
 COARSE = fegear.LumpedModel(
+    number=1,
     damping_ratio=0.03,
     excitation=fegear.ExcitationSettings(kind="rectangular"),
 )
@@ -131,7 +132,7 @@ def test_ross_has_the_table_and_frequency_of_a_pair():
         settings=fegear.StaticsSettings(estimate_error=False),
     ).table["stiffness_N_per_m"][0]
     np.testing.assert_allclose(train.mesh.stiffness_range[:-1], table, rtol=1e-12)
-    disks = fegear.lumped_system(gears, 100.0).train.gears
+    disks = fegear.lumped_system(gears, 100.0, fegear.LumpedModel(number=1)).train.gears
     mobility = sum(disk.base_radius**2 / disk.inertia for disk in disks)
     expected = np.sqrt(table.mean() * mobility) / (2.0 * np.pi)
     frequency_Hz = train.run_modal(0.0).wn / (2.0 * np.pi)

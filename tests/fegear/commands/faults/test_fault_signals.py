@@ -22,6 +22,7 @@ from fegear.commands.faults.study import (
     noise_seed,
     random_points,
 )
+from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions
 from fegear.gearset.read import load_tables
@@ -439,7 +440,7 @@ def test_every_fault_makes_another_gear_and_size_0_a_healthy_one(name):
         for size in (0.0, 0.2, 0.4)
     )
     assert healthy[1] == small[1] == large[1]
-    assert len({repr(gears[0]) for gears in (healthy, small, large)}) == 3
+    assert len({exact_repr(gears[0]) for gears in (healthy, small, large)}) == 3
     if name != "pitch_error":  # a list of zeros in place of none
         assert healthy[0] == fegear.load_gear_set("liu-pair").gears[0]
 

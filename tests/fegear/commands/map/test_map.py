@@ -203,7 +203,9 @@ def test_exponents_are_those_of_sections_and_drawn(tmp_path):
     table = parse_csv(path.read_text("utf-8"), "m.csv")
     at = [table.names.index(n) for n in ("damping_ratio", "lyapunov_per_period")]
     exponents = dict(tuple(float(row[i]) for i in at) for row in table.rows.values())
-    model = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
+    model = fegear.LumpedModel(
+        number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
+    )
     for damping, exponent in exponents.items():
         sections = fegear.run(
             fegear.Bifurcations(
@@ -236,7 +238,7 @@ def test_the_exponent_of_a_band_is_the_largest_of_its_sweeps(tmp_path):
             torque=100.0,
             over=f"mesh_frequency_Hz={','.join(speeds)}",
             model=fegear.LumpedModel(
-                excitation=fegear.ExcitationSettings(kind="rectangular")
+                number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
             ),
         )
     )

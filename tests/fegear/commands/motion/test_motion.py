@@ -110,7 +110,9 @@ def test_progress_tells_the_speed_on_the_way(monkeypatch):
     import fegear
 
     monkeypatch.setattr(sys.modules["lumped.steady.sweep"], "REPORT_INTERVAL", -1.0)
-    model = fegear.LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular"))
+    model = fegear.LumpedModel(
+        number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
+    )
     gears, reports = fegear.load_gear_set("liu-pair"), []
     study = fegear.Motion(
         gear_set=gears, torque=100.0, speed=2030.0, from_speed=2000.0, model=model

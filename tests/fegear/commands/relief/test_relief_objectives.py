@@ -135,7 +135,9 @@ def vibration_search(problem, job, limit):
     return VibrationSearch(
         changed=changed,
         bounds=np.array(problem.bounds),
-        model=LumpedModel(excitation=fegear.ExcitationSettings(kind="rectangular")),
+        model=LumpedModel(
+            number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
+        ),
         index=0,
         torques=(100.0,),
         speeds=(2000.0, 2400.0),

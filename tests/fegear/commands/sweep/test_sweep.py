@@ -20,6 +20,7 @@ from fegear.gearset import load_gear_set
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
 from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import LumpedModel
 from fegear.train.resonances import default_speeds
 from lumped.steady.response import Status
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
@@ -141,8 +142,8 @@ def test_the_coupled_model_takes_tables_of_several_torques(tmp_path):
     """As solved from its own finite elements, and what a table lacks is named."""
     table, one, out = (tmp_path / name for name in ("t.csv", "one.csv", "s.csv"))
     pair, coarse = load_gear_set("liu-pair"), StaticsSettings(resolution="coarse")
-    solve_mesh(pair, 0, [60.0, 150.0], coarse).to_csv(table)
-    solve_mesh(pair, 0, [100.0], coarse).to_csv(one)
+    solve_mesh(pair, 1, [60.0, 150.0], coarse).to_csv(table)
+    solve_mesh(pair, 1, [100.0], coarse).to_csv(one)
     arguments = ("liu-pair", "--torque", 100, "--speeds", "1500,2800")
     arguments += ("--direction", "up", "--model", "coupled")
     solved = strict(run(*arguments, "--resolution", "coarse", "--json"))
@@ -236,7 +237,9 @@ def test_usual_speeds_span_the_resonances_of_both_meshes():
     spans = {}
     for name in ("liu-idler", "liu-countershaft"):
         gear_set = load_gear_set(name)
-        system = lumped_system(gear_set, 100.0, excitations=GivenMean())
+        system = lumped_system(
+            gear_set, 100.0, LumpedModel(number=1), excitations=GivenMean()
+        )
         speeds = default_speeds(system)
         assert 100 < len(speeds) <= 402
         spans[name] = speeds[0], speeds[-1]

@@ -14,7 +14,7 @@ from fegear.cli import run
 from fegear.commands.theory.figure import response_points
 
 RECTANGULAR = fegear.LumpedModel(
-    excitation=fegear.ExcitationSettings(kind="rectangular")
+    number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
 )
 
 
@@ -171,7 +171,7 @@ def test_what_has_no_closed_form_is_refused():
 def test_best_relief_is_that_of_teeth_without_relief_and_says_what_it_is():
     """Whatever reliefs the gear set has, by finite elements of its plain teeth."""
     model = fegear.LumpedModel(
-        excitation=fegear.ExcitationSettings(resolution="coarse")
+        number=1, excitation=fegear.ExcitationSettings(resolution="coarse")
     )
     relief = {"magnitude_um": 15.0, "length_pitches": 0.3}
     gears = fegear.load_gear_set("liu-pair")

@@ -123,7 +123,7 @@ def _by_elements(scene: Scene) -> tuple[Array, Array, NDArray[np.bool_]]:
     settings = replace(
         scene.source.statics_of(scene.gear_set, 0), friction=scene.friction
     )
-    rubbed = solve_mesh(scene.gear_set, 0, [scene.torque], settings).table
+    rubbed = solve_mesh(scene.gear_set, 1, [scene.torque], settings).table
     change = rubbed["ste_m"][0] - free["ste_m"][0]
     return free.position, change, free["n_pairs"][0] == 1
 

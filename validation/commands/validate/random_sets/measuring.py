@@ -102,7 +102,9 @@ def measure(
     """At so many speeds, all on one core."""
     report("tables", 0, 1)
     torque, excitations = gear_set.meshes[0].torques[0], Excitations()
-    plain = lumped_system(gear_set, torque, excitations=excitations)
+    plain = lumped_system(
+        gear_set, torque, LumpedModel(number=1), excitations=excitations
+    )
     resonance = highest_resonance(plain)
     speeds = speeds_of(resonance, count)
     coupled, without = (
