@@ -58,6 +58,9 @@ def rounding_of_backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:
 
 
 def _half_unit(value: float, decimals: int) -> float:
+    """Half a unit of the last digit; nothing is no rounded value."""
+    if not value:
+        return 0.0
     return 0.5 * 10.0 ** -max(decimals, _decimals(value))
 
 

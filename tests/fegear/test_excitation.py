@@ -15,7 +15,7 @@ from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.gap_points import gap_points
 from fegear.statics.inputs import statics_inputs
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import solve_mesh
+from fegear.statics.solving import mesh_statics
 from lumped.train.analytic import static_error
 
 RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
@@ -129,7 +129,7 @@ def test_statics_read_their_inputs_alone(name, changes):
     for mesh in range(min(2, len(gear_set.meshes))):
         inputs = statics_inputs(gear_set, mesh)
         reduced, full = (
-            solve_mesh(gears, mesh, [20.0], settings) for gears in (inputs, gear_set)
+            mesh_statics(gears, mesh, [20.0], settings) for gears in (inputs, gear_set)
         )
         assert reduced.table.header == full.table.header
         assert reduced.table.columns.keys() == full.table.columns.keys()

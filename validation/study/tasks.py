@@ -10,6 +10,7 @@ from typing import get_args
 
 from fegear.dynamics.build import FiniteElements
 from fegear.dynamics.stepper import DynamicSettings
+from fegear.files.contents import exact_repr
 from fegear.files.kept import directory_of_inputs
 from fegear.files.version import package_version
 from fegear.gearset import load_gear_set
@@ -71,24 +72,23 @@ class RunSpec:
             "format": FORMAT,
             "fegear version": package_version(),
             "sources": digest_of("validation.study.solving"),
-            "gear set": repr(self.gear_set),
+            "gear set": exact_repr(self.gear_set),
             "torque_Nm": repr(self.torque),
             "speeds_Hz": ", ".join(map(repr, case.speeds)),
             "directions": ", ".join(case.directions),
-            "waves": repr(self.single_speeds),
+            "waves": exact_repr(self.single_speeds),
             "translations": repr(case.translations),
-            "damping ratio": repr(case.damping_ratio),
+            "damping ratio": exact_repr(case.damping_ratio),
         }
         if model is None:
-            settings = repr((self.elements, DynamicSettings()))
+            settings = exact_repr((self.elements, DynamicSettings()))
             return common | {"source": FE, "settings": settings}
         source = ExcitationSettings(kind=model.excitation)
-        lumped_inputs = {"model": repr(model.number), "excitation": repr(source)}
+        lumped_inputs = {"model": repr(model.number), "excitation": exact_repr(source)}
         lumped_inputs |= {"without": ", ".join(model.without)} if model.without else {}
         lumped_inputs |= {"friction": repr((self.friction, model.bending))}
-        return (
-            common | {"source": "lumped", "settings": repr(Settings())} | lumped_inputs
-        )
+        settings = exact_repr(Settings())
+        return common | {"source": "lumped", "settings": settings} | lumped_inputs
 
     @property
     def elements(self) -> FiniteElements:

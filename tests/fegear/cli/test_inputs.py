@@ -1514,7 +1514,7 @@ def test_a_value_of_an_axis_is_that_of_the_key(tmp_path, name, excitation):
     single = edited(tables, {axis_name: key.value})
     path = tmp_path / "set.toml"
     path.write_text(toml_text(tables))
-    model = LumpedModel(excitation=excitation)
+    model = LumpedModel(number=1, excitation=excitation)
     values = (1.02 * key.value, float(key.value))
     if isinstance(key.value, int):
         values = (key.value + 1.0, float(key.value))

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from fegear.commands.rattle.machines import NamedMachine, load_machine
+from fegear.files.contents import exact_repr
 from lumped.rattle.assembly import Assembly
 from lumped.rattle.machine import Machine
 
@@ -40,7 +41,7 @@ class MachineScene:
     @property
     def inputs(self) -> dict[str, str]:
         """All of it that determines a result."""
-        return {"machine": repr(self.assembly)}
+        return {"machine": exact_repr(self.assembly)}
 
     def table_commands(self) -> Iterator[list[str]]:
         """None: no command on machines takes mesh tables."""

@@ -17,6 +17,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from fegear.files.contents import exact_repr
 from fegear.files.kept import directory_of_inputs
 from fegear.files.version import package_version
 from lumped.common.csv_text import format_csv, parse_csv
@@ -131,7 +132,9 @@ def inputs_of(part: Part, scene: AnyScene) -> dict[str, str]:
         "format": FORMAT,
         "fegear version": package_version(),
         "sources": digest_of(__name__, COMPUTE[type(part)].__module__),
-        "part": repr(replace(part, name="", label="", panel="", y="", shown=True)),
+        "part": exact_repr(
+            replace(part, name="", label="", panel="", y="", shown=True)
+        ),
         **scene.inputs,
     }
 

@@ -10,6 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.lumped_train import train_of
@@ -64,9 +65,9 @@ class Scene:
     def inputs(self) -> dict[str, str]:
         """All of it that determines a result."""
         return {
-            "gear set": repr(self.gear_set),
+            "gear set": exact_repr(self.gear_set),
             "torque_Nm": repr(self.torque),
-            "model": repr(self.model),
+            "model": exact_repr(self.model),
             "shown": repr((self.relative, self.quantity)),
         }
 
