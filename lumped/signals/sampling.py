@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
 from lumped.signals.averages import TurnAverage, synchronous_average
@@ -17,6 +16,7 @@ from lumped.signals.coordinate_motion import (
     coordinate_motion,
     ramp_pieces,
 )
+from lumped.signals.faulty_tooth import Engagement, faulty_tooth
 from lumped.signals.orders import pulse_times, resample_at, times_at_angles
 from lumped.signals.sensors import signals_of_pieces, with_noise
 from lumped.steady.integration_settings import Settings
@@ -27,6 +27,7 @@ from lumped.steady.steppers import stepper_of, steps_per_period
 from lumped.train.system import LumpedSystem
 
 TURN_RTOL = 1e-9  # by which a turn may be short
+RATE_UNITS = "_rad_per_s", "_m_per_s"  # at the ends of names
 
 
 @dataclass(frozen=True)
@@ -188,25 +189,21 @@ def _pieces(
 
 
 def residual_indicators(
-    average: TurnAverage, tooth: NDArray[np.int64]
+    average: TurnAverage, names: Sequence[str], engagement: Engagement
 ) -> Mapping[str, Array]:
     """Indicators (c,) of the residuals of averages by name.
 
-    tooth : (2, p) from 1, of each point by the first and by the last pitch of the
-        interval of that tooth, which overlap. `tooth` is the one over whose interval
-        the residual has the largest root mean square, `tooth_rms`; NaN where the
-        residual is round-off
+    names : of the signals, with their units
+    engagement : of the teeth; `tooth` is the one that differs most while it is in
+        contact, `tooth_rms` its root mean square; NaN where the residual is round-off
     """
     squares = average.residual**2
-    first, last = tooth
-    outside = first != last  # points of the last pitch alone
-    count = np.bincount(first) + np.bincount(last, outside)
-    sums = [np.bincount(first, c) + np.bincount(last, c * outside) for c in squares.T]
-    by_tooth = np.array(sums) / np.maximum(count, 1.0)
+    is_rate = np.array([name.endswith(RATE_UNITS) for name in names])
+    tooth, tooth_rms = faulty_tooth(average.residual, is_rate, engagement)
     return {
         "residual_rms": np.sqrt(squares.mean(axis=0)),
         "residual_peak": average.peak,
         "residual_kurtosis": average.kurtosis,
-        "tooth_rms": np.sqrt(by_tooth.max(axis=1)),
-        "tooth": np.where(average.has_residual, by_tooth.argmax(axis=1), np.nan),
+        "tooth_rms": tooth_rms,
+        "tooth": np.where(average.has_residual, tooth, np.nan),
     }

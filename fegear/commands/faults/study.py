@@ -50,6 +50,7 @@ from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
+from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.sampling import Sampling, residual_indicators, sample_signals
 from lumped.signals.sensors import signal_names
 from lumped.steady.integration_settings import Settings
@@ -455,9 +456,9 @@ class RunComputations(Mapping[str, Callable[[], Arrays]]):
         except ValueError as error:
             return partial(status_arrays, f"impossible: {error}")
         noise = 0.01 * run.study.noise_percent
-        tooth = run.teeth_of_intervals
+        engagement = run.engagement
         frequency = run.study.frequency
-        options = noise, run.study.seed, tooth, self.problem.study.averages
+        options = noise, run.study.seed, engagement, self.problem.study.averages
         settings = run.integration
         return partial(evaluate_run, system, frequency, settings, sampling, *options)
 
@@ -497,14 +498,14 @@ def evaluate_run(
     sampling: Sampling,
     noise: float,
     seed: int,
-    tooth: NDArray[np.int64],
+    engagement: Engagement,
     averages: bool,
 ) -> Arrays:
     """Signals and indicators of a run; its status alone where it does not repeat.
 
     frequency : of the first mesh [Hz]
     noise : standard deviation over that of each signal; seed : of it
-    tooth : (2, p) of intervals, see `residual_indicators`
+    engagement : of the gear's teeth, see `residual_indicators`
     averages : whether signals are left out
     """
     try:
@@ -516,7 +517,7 @@ def evaluate_run(
     sampled = sample_signals(system, response, settings, sampling, noise, seed)
     indicators = {
         "rms": sampled.values.std(axis=0),
-        **residual_indicators(sampled.average, tooth),
+        **residual_indicators(sampled.average, sampled.names, engagement),
     }
     arrays = {
         **status_arrays(str(response.status)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.files.codes import with_code
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.columns import unit_of_column
 from fegear.studies.page import Columns, Page, RowTable, number, pluralize
@@ -22,6 +23,7 @@ from lumped.common.csv_text import format_exact
 from lumped.figures.order_maps import OrderCurves, draw_order_maps
 from lumped.figures.turn_averages import AverageCurves, draw_turn_averages
 from lumped.signals.averages import TurnAverage
+from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import OrderMap
 from lumped.signals.sampling import TurningGear, residual_indicators
 from lumped.steady.ramps import SpeedRamp
@@ -40,8 +42,7 @@ class SignalsResult(StudyResult):
     average : over the turns
     orders : spectra over windows of turns
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
-    teeth_of_intervals : (2, p) in whose interval each point is, see
-        `residual_indicators`
+    engagement : contact of the gear's teeth in its first mesh
     turns_of_motion : of the gear, after which the motion repeats
     """
 
@@ -56,7 +57,7 @@ class SignalsResult(StudyResult):
     average: TurnAverage
     orders: OrderMap
     tooth: NDArray[np.int64]
-    teeth_of_intervals: NDArray[np.int64]
+    engagement: Engagement
     turns_of_motion: int
 
     @cached_property
@@ -82,8 +83,22 @@ class SignalsResult(StudyResult):
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
             "signals": [self._signal_entry(c) for c in range(len(self.names))],
-            "warnings": list(self.facts.warnings),
+            "warnings": [*self.facts.warnings, *self._disagreement()],
         }
+
+    def _disagreement(self) -> Iterator[str]:
+        """A warning where signals of one gear name different teeth."""
+        teeth = {
+            name: int(tooth)
+            for name, tooth in zip(self.names, self._indicators["tooth"], strict=True)
+            if np.isfinite(tooth)
+        }
+        if len(set(teeth.values())) > 1:
+            named = ", ".join(f"{_scaled_label(name)} {n}" for name, n in teeth.items())
+            yield with_code(
+                "W65",
+                f"signals do not name one tooth of {self.gear.name}: {named}",
+            )
 
     def _driver_rpm(self, mesh_frequency: Any) -> Any:
         """Speed of the gear [rpm] at a frequency of the first mesh [Hz]."""
@@ -95,7 +110,7 @@ class SignalsResult(StudyResult):
 
     @cached_property
     def _indicators(self) -> Mapping[str, Array]:
-        return residual_indicators(self.average, self.teeth_of_intervals)
+        return residual_indicators(self.average, self.names, self.engagement)
 
     def _signal_entry(self, c: int) -> dict[str, Any]:
         """What the average of a signal tells, in the unit at the end of its name."""

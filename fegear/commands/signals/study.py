@@ -120,7 +120,7 @@ class SignalsProblem(SampledProblem):
             average=sampled.average,
             orders=order_map(sampled.over_angle, sampling.points, window, highest),
             tooth=self.tooth_at_pitch_point,
-            teeth_of_intervals=self.teeth_of_intervals,
+            engagement=self.engagement,
             turns_of_motion=self._turns_of_motion(response.multiple or 1),
         )
 

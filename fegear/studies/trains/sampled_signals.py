@@ -22,6 +22,7 @@ from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequenc
 from fegear.studies.trains.train_problem import MOTION_PERIODS
 from fegear.train.model_settings import LumpedModel
 from lumped.common.options import Range
+from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import MIN_PULSES
 from lumped.signals.sampling import TURN_RTOL, Sampling, TurningGear
 from lumped.steady.integration_settings import Settings
@@ -30,12 +31,6 @@ from lumped.steady.ramps import SpeedRamp
 # Steps per period of the fastest mesh, unless given: kinks of mesh forces between fewer
 # steps change signals by 0.2 %, between these by 0.01 %
 DEFAULT_STEPS = 256
-
-# Interval in which a fault of a tooth acts, from its start to its end [pitches after
-# the pitch point]. A driving tooth ends its contact at its tip, where a broken one
-# differs and a cracked one bends most, and vibration lasts longer; a driven one starts
-# it there. Of random pairs these intervals name most teeth.
-DRIVING_TOOTH, DRIVEN_TOOTH = (-0.25, 1.25), (-0.875, 0.875)
 
 MAX_SAMPLES = 5_000_000
 
@@ -275,31 +270,24 @@ class SampledProblem(OneSpeedProblem):
     @property
     def tooth_at_pitch_point(self) -> NDArray[np.int64]:
         """The gear's tooth (p,) nearest to its first mesh's pitch point, from 1."""
-        return self._tooth_after_pitches(0.0)
-
-    @property
-    def teeth_of_intervals(self) -> NDArray[np.int64]:
-        """The gear's teeth (2, p) in whose interval each point is, from 1.
-
-        By the first and by the last pitch of the interval in which a fault acts.
-        """
-        turning = self.turning
-        drives = self.gears.meshes[turning.mesh].driver == turning.index
-        start, end = DRIVING_TOOTH if drives else DRIVEN_TOOTH
-        return np.stack(
-            [
-                self._tooth_after_pitches(start + 0.5),
-                self._tooth_after_pitches(end - 0.5),
-            ]
-        )
-
-    def _tooth_after_pitches(self, pitches: float) -> NDArray[np.int64]:
-        """The gear's tooth (p,) nearest to where it is some pitches after the pitch
-        point, from 1."""
         turning, points = self.turning, self.sampling.points
         position = turning.phase + turning.teeth * np.arange(points) / points
-        cycle = np.floor(position - pitches + 0.5).astype(np.int64)
+        cycle = np.floor(position + 0.5).astype(np.int64)
         return 1 + tooth_in_cycles(self.gears, turning.mesh, turning.index, cycle)
+
+    @property
+    def engagement(self) -> Engagement:
+        """Contact of the gear's teeth in its first mesh, over a turn."""
+        turning, gears = self.turning, self.gears
+        start, end = gears.engagement(turning.mesh)
+        pitches = np.arange(turning.teeth)
+        return Engagement(
+            first=turning.phase,
+            start=start,
+            end=end,
+            drives=gears.meshes[turning.mesh].driver == turning.index,
+            teeth=1 + tooth_in_cycles(gears, turning.mesh, turning.index, pitches),
+        )
 
 
 def _gear_index(gears: GearSet, study: SignalsStudy) -> int:
