@@ -24,6 +24,8 @@ from meshes.profile import fillet_points
 from meshes.tip_interference import corner_clearance, largest_tip
 
 BACKLASH_RTOL = 1e-9  # over the base pitch; round-off does not jam the gears
+COMMON_RTOL = 1e-9  # of base pitches that are equal
+COMMON_ATOL = 1e-9  # of base helix angles that are equal [rad]
 PATH_POINTS = 4000  # of the path of a tip corner through an undercut
 
 
@@ -47,6 +49,7 @@ class GearPair:
 
     def __post_init__(self) -> None:
         require_common_pitch(self)
+        require_common_helix(self)
         require_path(self)
         require_clearances(self)
 
@@ -143,10 +146,19 @@ def undercut_end(gear: SpurGear) -> float:
 
 def require_common_pitch(pair: GearPair) -> None:
     one, two = pair.driver.base_pitch, pair.driven.base_pitch
-    if abs(one - two) > 1e-9 * one:
+    if abs(one - two) > COMMON_RTOL * one:
         raise GeometryError(
             "gears",
-            f"base pitches {1e3 * one:.6g} mm, {1e3 * two:.6g} mm; they must be equal",
+            f"base pitches {1e3 * one:.9g} mm, {1e3 * two:.9g} mm; they must be equal",
+        )
+
+
+def require_common_helix(pair: GearPair) -> None:
+    one, two = pair.driver.base_helix_angle, pair.driven.base_helix_angle
+    if abs(one + pair.sign * two) > COMMON_ATOL:
+        angles = f"{math.degrees(one):.9g} and {math.degrees(two):.9g} deg"
+        raise GeometryError(
+            "gears", f"base helix angles {angles}; they must be opposite"
         )
 
 

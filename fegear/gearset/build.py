@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from fegear.files.errors import InputError, nearest
+from fegear.gearset.agreement import with_common_values
 from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.faults.building import faults_of
 from fegear.gearset.faults.checks import require_running
@@ -44,6 +45,7 @@ def build_gear_set(document: Document, folder: Path) -> GearSet:
 
 def _build_gear_set(document: Document, folder: Path) -> GearSet:
     require_known_gears(document)
+    document = with_common_values(document)
     blanks = list(map(blank_of, document.gear, hands(document)))
     index_of_name = {name: i for i, name in enumerate(document.gear_names)}
     spacings = [

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fegear.files.errors import InputError
+from fegear.gearset.problems import shown
 from fegear.gearset.schema import Document, Hand
 
 SIGNS: dict[Hand, int] = {"right": 1, "left": -1}
@@ -28,8 +29,8 @@ def hands(document: Document) -> list[int]:
             continue  # refused with the names
         if one.helix_angle_deg != two.helix_angle_deg:
             raise InputError(
-                f"{mesh.label}: helix_angle_deg = {two.helix_angle_deg:g} of gear "
-                f'"{two.name}"; must be {one.helix_angle_deg:g}, that of its mate '
+                f"{mesh.label}: helix_angle_deg = {shown(two.helix_angle_deg)} of gear "
+                f'"{two.name}"; must be {shown(one.helix_angle_deg)}, that of its mate '
                 f'"{one.name}"'
             )
         if one.helix_angle_deg and signs[one.name] == signs[two.name]:

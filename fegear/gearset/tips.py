@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from fegear.files.errors import InputError
+from fegear.gearset.agreement import has_equal_base_helices, has_equal_pitches
 from fegear.gearset.problems import shown
 from fegear.gearset.refusals import Key, Refusal
 from fegear.gearset.schema import Document, MeshEntry
@@ -67,9 +68,10 @@ def _roll_length(gear: Blank, radius: float) -> float:
 
 def spacing(mesh: MeshEntry, one: Blank, two: Blank) -> Spacing:
     """Place two gears; raises InputError if they cannot mesh at all."""
-    pitches = one.base_pitch, two.base_pitch
-    if abs(pitches[0] - pitches[1]) > 1e-9 * pitches[0]:
+    if not has_equal_pitches(one, two):
         raise InputError(f"{mesh.label}: {_unequal_pitches_text(one, two)}")
+    if not has_equal_base_helices(one, two):
+        raise InputError(f"{mesh.label}: {_unequal_helices_text(one, two)}")
     if one.sign + two.sign < 0:
         raise InputError(f"{mesh.label}: both gears are internal; only one may be")
     base_radius_bound = abs(one.base_radius + two.base_radius)
@@ -123,13 +125,26 @@ def base_radii_text(one: Blank, two: Blank) -> str:
 
 def _unequal_pitches_text(one: Blank, two: Blank) -> str:
     """The keys by which the base pitches of two gears differ."""
-    keys = [
+    pitches = (f"{blank.base_pitch / MM:.9g} mm" for blank in (one, two))
+    keys = _unequal_keys_text(one, two)
+    return f"{keys}; base pitches {' and '.join(pitches)} must be equal"
+
+
+def _unequal_helices_text(one: Blank, two: Blank) -> str:
+    """The keys by which the helix angles on the base cylinders differ."""
+    angles = (
+        f"{math.degrees(abs(blank.base_helix_angle)):.9g}" for blank in (one, two)
+    )
+    keys = _unequal_keys_text(one, two)
+    return f"{keys}; base helix angles {' and '.join(angles)} deg must be equal"
+
+
+def _unequal_keys_text(one: Blank, two: Blank) -> str:
+    return ", ".join(
         f"{key} = {shown(getattr(one.entry, key))} and {shown(getattr(two.entry, key))}"
         for key in ("module_mm", "pressure_angle_deg")
         if getattr(one.entry, key) != getattr(two.entry, key)
-    ]
-    pitches = (f"{blank.base_pitch / MM:.9g} mm" for blank in (one, two))
-    return f"{', '.join(keys)}; base pitches {' and '.join(pitches)} must be equal"
+    )
 
 
 def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:

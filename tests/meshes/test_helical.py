@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from conftest import make_gear, make_helical
 from scipy.optimize import minimize_scalar
 
-from meshes import GeometryError
+from meshes import GearPair, GeometryError
 from meshes.gear import fillet_at
 from meshes.profile import fillet_points
 
@@ -81,3 +82,14 @@ def test_the_twist_is_that_of_the_helix():
 def test_helix_angles_have_limits(helix_angle_deg):
     with pytest.raises(GeometryError, match="deg; must be above 0"):
         make_helical(23, 8e-3, helix_angle_deg)
+
+
+@pytest.mark.parametrize("helix_angle_deg", [20.0, -21.0])
+def test_helices_of_a_pair_are_opposite(helix_angle_deg):
+    driver = make_helical(23, 8e-3, 20.0)
+    pitch = driver.module * math.cos(driver.pressure_angle)
+    driven = make_helical(31, 8e-3, helix_angle_deg)
+    driven = replace(driven, module=pitch / math.cos(driven.pressure_angle))
+    distance = 1.01 * (driver.reference_radius + driven.reference_radius)
+    with pytest.raises(GeometryError, match="they must be opposite"):
+        GearPair(driver, driven, distance)

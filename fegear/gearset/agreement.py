@@ -1,0 +1,95 @@
+"""Values that gears in mesh have in common, typed in with the digits of a drawing.
+
+Module, pressure angle and helix angle of two gears in mesh may differ by the rounding
+of their digits, or of a conversion from radians. The geometry then has one value.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from fegear.gearset.problems import shown
+from fegear.gearset.schema import Document, GearEntry
+from fegear.gearset.teeth import Blank, blank_of
+from meshes.pairing import COMMON_ATOL, COMMON_RTOL
+
+LENGTH_RTOL = 1e-6  # of modules and base pitches that are meant to be equal
+ANGLE_ATOL_DEG = math.degrees(1e-6)
+ANGLE_KEYS = ("helix_angle_deg", "pressure_angle_deg")
+
+
+def with_common_values(document: Document) -> Document:
+    """The document in which gears in mesh agree exactly where their digits do.
+
+    Of gears that are linked by meshes the first has its own values; each other one
+    takes those of the mate through which it is reached. A sentence says which changed.
+    """
+    gears = {gear.name: gear for gear in document.gear}
+    inferences = []
+    for mate, name in _from_mate_to_gear(document):
+        update = _taken_values(gears[mate], gears[name])
+        if update:
+            values = ", ".join(
+                f"{key} = {shown(value)} instead of {getattr(gears[name], key):.16g}"
+                for key, value in update.items()
+            )
+            inferences.append(
+                f'gear "{name}": {values}, to fit its mate "{mate}" exactly'
+            )
+            gears[name] = gears[name].model_copy(update=update)
+    if not inferences:
+        return document
+    entries = tuple(gears[gear.name] for gear in document.gear)
+    every = (*document.inferences, *inferences)
+    return document.model_copy(update={"gear": entries, "inferences": every})
+
+
+def _from_mate_to_gear(document: Document) -> Iterator[tuple[str, str]]:
+    """Each gear once with the mate through which meshes reach it, in order."""
+    known = set(document.gear_names)
+    pairs = [
+        pair
+        for mesh in document.mesh
+        if {mesh.driver, mesh.driven} <= known  # others are refused with their names
+        for pair in ((mesh.driver, mesh.driven), (mesh.driven, mesh.driver))
+    ]
+    reached = set[str]()
+    for start in document.gear_names:
+        waiting = [start] if start not in reached else []
+        reached.add(start)
+        while waiting:
+            mate = waiting.pop(0)
+            for one, two in pairs:
+                if one == mate and two not in reached:
+                    reached.add(two)
+                    waiting.append(two)
+                    yield mate, two
+
+
+def _taken_values(mate: GearEntry, gear: GearEntry) -> dict[str, float]:
+    """Values that a gear takes from its mate, by key."""
+    taken = {
+        key: getattr(mate, key)
+        for key in ANGLE_KEYS
+        if 0.0 < abs(getattr(mate, key) - getattr(gear, key)) <= ANGLE_ATOL_DEG
+    }
+    if 0.0 < abs(mate.module_mm - gear.module_mm) <= LENGTH_RTOL * mate.module_mm:
+        taken["module_mm"] = mate.module_mm
+    one, two = blank_of(mate), blank_of(gear.model_copy(update=taken))
+    error = abs(two.base_pitch / one.base_pitch - 1.0)
+    if COMMON_RTOL < error <= LENGTH_RTOL:  # of another module and pressure angle
+        ratio = one.base_pitch / two.base_pitch
+        taken["module_mm"] = taken.get("module_mm", gear.module_mm) * ratio
+    return taken
+
+
+def has_equal_pitches(one: Blank, two: Blank) -> bool:
+    """Whether two gears have the same base pitch."""
+    return abs(one.base_pitch - two.base_pitch) <= COMMON_RTOL * one.base_pitch
+
+
+def has_equal_base_helices(one: Blank, two: Blank) -> bool:
+    """Whether the helix angles on the base cylinders have the same size."""
+    angles = abs(one.base_helix_angle), abs(two.base_helix_angle)
+    return abs(angles[0] - angles[1]) <= COMMON_ATOL
