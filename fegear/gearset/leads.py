@@ -11,6 +11,7 @@ from lumped.common.units import MM, UM
 from meshes.gear import floored
 
 MIN_COMMON_WIDTH = 0.1  # over which gears face each other, of the narrower one's width
+MAX_OVERLAP_RATIO = 60.0  # beyond, no resolution has few enough slices of the width
 
 
 def leads_by_key(entry: MeshEntry) -> dict[str, FlankLead | None]:
@@ -125,6 +126,7 @@ def require_faces(gear_set: GearSet) -> None:
                 "mesh"
             )
         _require_engaged(gear_set, number, where)
+        _require_narrow(gear_set, number, where)
         misaligned = f"{where}: misalignment_um or lead.slope_um"
         _require_shallow(misaligned, mesh.misalignment, gears[0])
         for role, gear, flank in zip(
@@ -157,6 +159,18 @@ def _require_engaged(gear_set: GearSet, mesh: int, where: str) -> None:
         "at least 1 is needed for continuous motion, by wider gears, larger tips or a "
         "smaller centre distance"
     )
+
+
+def _require_narrow(gear_set: GearSet, mesh: int, where: str) -> None:
+    """Require a width of contact that can be solved in slices."""
+    ratio = gear_set.overlap_ratio(mesh)
+    if ratio > MAX_OVERLAP_RATIO:
+        most = gear_set.common_width(mesh) / ratio * MAX_OVERLAP_RATIO
+        raise InputError(
+            f"{where}: overlap ratio {ratio:.9g}; must be at most "
+            f"{MAX_OVERLAP_RATIO:g}, that of a common face width of "
+            f"{floored(most / MM)} mm"
+        )
 
 
 def _require_shallow(name: str, depth: float, gear: Gear) -> None:
