@@ -53,11 +53,12 @@ class Rack:
 
     def __post_init__(self) -> None:
         if not 0.1 <= self.tip_height <= 2.0:
-            got = f"{self.tip_height!r} modules; must be 0.1 to 2"
+            got = f"{apart_from(self.tip_height, '0.1', '2')} modules; must be 0.1 to 2"
             raise GeometryError("addendum", got)
         if not self.tip_height < self.root_depth <= 3.0:
-            got = f"{self.root_depth!r} modules; must be above the addendum "
-            raise GeometryError("dedendum", f"{got}{self.tip_height!r}, to 3")
+            low = f"{self.tip_height:.12g}"
+            got = f"{apart_from(self.root_depth, low, '3')} modules; must be above"
+            raise GeometryError("dedendum", f"{got} the addendum {low}, to 3")
         if not self.rounding > 0.0:
             most = floored(0.25 * math.pi / math.tan(self.pressure_angle))
             got = f"{apart_from(self.root_depth, most)} modules; the rack's tips are"

@@ -130,13 +130,14 @@ class Tolerances(
         gears = self.gear_set.healthy("tolerances")
         index = mesh_index(gears, self.mesh)
         torque = chosen_torque(gears, self.torque, self.mesh)
+        limits = self._limits(gears, index)  # before finite elements take a minute
         contact = contact_problem(without_pitch_errors(gears), index, self.elements)
         positions = self.elements.positions
         problem = ToleranceProblem(
             contact=contact,
             torque=torque,
             position=np.arange(positions) / positions,
-            limits=self._limits(gears, index),
+            limits=limits,
             distribution=self.distribution,
         )
         warnings = (*gear_set_warnings(gears),)
