@@ -10,7 +10,7 @@ from typing import ParamSpec, TypeVar
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.torque_limits import TORQUE, TORQUE_LIMITS
-from lumped.common.checks import format_value, require_arguments, shorten
+from lumped.common.checks import format_number, format_value, require_arguments, shorten
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -54,4 +54,6 @@ def mesh_index(gear_set: GearSet, mesh: int) -> int:
 def require_torque(name: str, torque: float, gear: str) -> None:
     """Require a torque within its limits; gear : on which it acts."""
     if torque not in TORQUE:
-        raise InputError(f"{name} = {torque:.12g}; must be {TORQUE_LIMITS}, on {gear}")
+        raise InputError(
+            f"{name} = {format_number(torque)}; must be {TORQUE_LIMITS}, on {gear}"
+        )

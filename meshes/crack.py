@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from meshes.gear import SpurGear, ceiled, floored
+from meshes.gear import SpurGear, apart_from, ceiled, floored
 from meshes.outline import MeshSize, half_sector_outline
 from meshes.profile import Points, fillet_points, polar
 
@@ -75,14 +75,17 @@ class Crack:
         angle = math.degrees(self.tangent_angle)
         if not 0.0 < angle < 90.0:
             raise ValueError(
-                f"tangent_angle = {angle:g} deg; must be above 0, below 90"
+                f"tangent_angle = {apart_from(angle, '0', '90')} deg; must be above "
+                "0, below 90"
             )
         if self.direction is not None:
             if self.path is not None:
                 raise ValueError("direction: only without path, which has its own")
             angle = math.degrees(self.direction)
             if not 0.0 <= angle <= 180.0:
-                raise ValueError(f"direction = {angle:g} deg; must be 0 to 180")
+                raise ValueError(
+                    f"direction = {apart_from(angle, '0', '180')} deg; must be 0 to 180"
+                )
         if self.path is not None:
             if not self.path:
                 raise ValueError("path: at least one point is needed")
@@ -122,8 +125,10 @@ def crack_points(gear: SpurGear, crack: Crack) -> Points:
         return crack_points(gear, crack.mirrored) * [-1.0, 1.0]
     least = MIN_DEPTH * gear.module
     if crack.depth < least:
+        least_text = ceiled(1e3 * least)
         raise ValueError(
-            f"depth = {1e3 * crack.depth:g} mm; at least {ceiled(1e3 * least)} mm, "
+            f"depth = {apart_from(1e3 * crack.depth, least_text)} mm; at least "
+            f"{least_text} mm, "
             "which the mesh at its tip resolves"
         )
     normal_angle = mouth_normal_angle(gear, crack)
@@ -187,8 +192,9 @@ def _cut_to_depth(corners: Points, depth: float) -> Points:
     if not np.all(np.diff(stops) > 0.0):
         raise ValueError("path: two points of it, or its first and the mouth, coincide")
     if depth > stops[-1] * (1.0 + 1e-9):
+        most = floored(1e3 * stops[-1])
         raise ValueError(
-            f"depth = {1e3 * depth:g} mm; at most {floored(1e3 * stops[-1])} mm, the "
+            f"depth = {apart_from(1e3 * depth, most)} mm; at most {most} mm, the "
             "length of the path"
         )
     inner = corners[(stops > 0.0) & (stops < 0.97 * depth)]
@@ -204,10 +210,11 @@ def _require_into_body(crack: Crack, corners: Points) -> None:
     if not sine >= math.sin(MIN_SURFACE_ANGLE):
         name = "path" if crack.path is not None else "direction"
         angle = math.degrees(math.asin(max(-1.0, min(1.0, sine))))
-        least = math.degrees(MIN_SURFACE_ANGLE)
+        least = f"{math.degrees(MIN_SURFACE_ANGLE):g}"
         raise ValueError(
-            f"{name}: the crack begins at {angle:.4g} deg to the fillet; must be from "
-            f"{least:g} deg into the tooth"
+            f"{name}: the crack begins at {apart_from(angle, least)} deg to the "
+            "fillet; must be from "
+            f"{least} deg into the tooth"
         )
 
 
@@ -241,9 +248,9 @@ def _require_clear(gear: SpurGear, crack: Crack, corners: Points) -> None:
     if too_near.any():
         first = int(np.argmax(too_near))
         label = list(pieces)[int(np.argmin(distances[:, first] - least[first]))]
-        largest = lengths[first - 1] if first else 0.0
+        most = floored(1e3 * (lengths[first - 1] if first else 0.0))
         raise ValueError(
-            f"depth = {1e3 * crack.depth:.9g} mm; at most {floored(1e3 * largest)} mm "
+            f"depth = {apart_from(1e3 * crack.depth, most)} mm; at most {most} mm "
             f"along this path, which comes nearer than {1e3 * least[first]:.3g} mm to "
             f"{label}"
         )

@@ -83,8 +83,9 @@ class GeometryError(ValueError):
 
 def beyond(field: str, length: float, bound: Bound, role: str = "") -> GeometryError:
     """The error of a length [m], of a radius its magnitude, that misses a limit."""
-    limit = bound.mapped(lambda metres: 1e3 * metres).stated("mm")
-    return GeometryError(field, f"{stated_mm(abs(length))}; {limit}", role, bound)
+    limit = bound.mapped(lambda metres: 1e3 * metres)
+    stated = f"{apart_from(1e3 * abs(length), limit.rounded, digits=9)} mm"
+    return GeometryError(field, f"{stated}; {limit.stated('mm')}", role, bound)
 
 
 def require_bound(field: str, ok: bool, length: float, bound: Bound) -> None:
@@ -298,6 +299,7 @@ MIN_TIP_LAND = 0.05  # thickness of a tooth at its tip, in modules
 MAX_BISECTIONS = 200  # halve an interval down to round-off
 MIN_WAIST = 0.3  # thickness of an undercut tooth, in modules
 WAIST_POINTS = 200  # of the fillet, for its least distance from the tooth axis
+MAX_DIGITS = 17  # which tell all numbers apart
 SLACK = 1e-12  # relative change of a value by a conversion of units
 
 
@@ -362,6 +364,18 @@ def ceiled(value: float) -> str:
     return _six_figures(value, ROUND_CEILING)
 
 
+def apart_from(value: float, *limits: str, digits: int = 6) -> str:
+    """Format a value with as many digits as tell it apart from limits.
+
+    limits : as they are printed; digits : at least
+    """
+    for count in range(digits, MAX_DIGITS):
+        text = f"{value:.{count}g}"
+        if all(float(text) != float(limit) for limit in limits):
+            return text
+    return f"{value:.{MAX_DIGITS}g}"
+
+
 def _six_figures(value: float, rounding: str) -> str:
     if not math.isfinite(value):
         return f"{value:g}"
@@ -398,15 +412,16 @@ def require_rack(gear: SpurGear) -> None:
         require(field, ok, stated_mm(length), "must be positive and finite")
     shift = gear.normal_profile_shift  # before the tip, whose default follows from it
     limits = f"must be {-MAX_SHIFT:g} to {MAX_SHIFT:g}"
-    require("profile_shift", abs(shift) <= MAX_SHIFT, f"{shift:g}", limits)
+    stated = apart_from(shift, f"{-MAX_SHIFT:g}", f"{MAX_SHIFT:g}")
+    require("profile_shift", abs(shift) <= MAX_SHIFT, stated, limits)
     degrees = math.degrees(gear.pressure_angle)
-    require(
-        "pressure_angle", 5.0 <= degrees <= 35.0, f"{degrees:g} deg", "must be 5 to 35"
-    )
+    stated = f"{apart_from(degrees, '5', '35')} deg"
+    require("pressure_angle", 5.0 <= degrees <= 35.0, stated, "must be 5 to 35")
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module
-    half = f"half a {gear.section_name}module, {floored(5e5 * gear.module)} um"
-    limit = f"must stay below {half}"
-    require("tooth_thinning", ok, f"{1e6 * thinning:.6g} um", limit)
+    half = floored(5e5 * gear.module)
+    limit = f"must stay below half a {gear.section_name}module, {half} um"
+    stated = apart_from(1e6 * thinning, half, f"-{half}")
+    require("tooth_thinning", ok, f"{stated} um", limit)
     rho = gear.rack_tip_radius
     require("rack_tip_radius", rho > 0.0, stated_mm(rho), "must be positive")

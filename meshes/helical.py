@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from meshes.gear import SpurGear, require
+from meshes.gear import SpurGear, apart_from, require
 
 MAX_HELIX_ANGLE = math.radians(45.0)
 
@@ -36,8 +36,9 @@ class HelicalGear(SpurGear):
     def __post_init__(self) -> None:
         degrees = math.degrees(self.helix_angle)
         ok = 0.0 < abs(self.helix_angle) <= MAX_HELIX_ANGLE
-        allowed = f"must be above 0, at most {math.degrees(MAX_HELIX_ANGLE):g} deg"
-        require("helix_angle", ok, f"{degrees:g} deg", allowed)
+        most = f"{math.degrees(MAX_HELIX_ANGLE):g}"
+        allowed = f"must be above 0, at most {most} deg"
+        require("helix_angle", ok, f"{apart_from(degrees, most)} deg", allowed)
         super().__post_init__()
 
     @property

@@ -27,6 +27,7 @@ from fegear.studies.settings import (
     parse_setting,
     parse_several,
 )
+from lumped.common.checks import format_number
 from lumped.common.options import Range
 
 
@@ -106,7 +107,9 @@ def require_allowed(parameters: Iterable[Parameter], values: Mapping[str, Any]) 
             for number in numbers if isinstance(allowed, Range) else ():
                 if number is not None and number not in allowed:
                     name = parameter.name.replace("_", "-")
-                    raise InputError(f"--{name} = {number:.12g}; must be {allowed}")
+                    raise InputError(
+                        f"--{name} = {format_number(number)}; must be {allowed}"
+                    )
 
 
 def group_value(group: SettingsGroup, values: dict[str, Any]) -> Any:

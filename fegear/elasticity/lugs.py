@@ -24,6 +24,7 @@ from fegear.elasticity.flank import SectorLoads, ring_fields
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.sector import RIGHT, CyclicSector
 from lumped.common.array_types import Array
+from lumped.common.checks import format_number
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,7 +52,9 @@ class Lugs:
             raise ValueError(f"count = {self.count}; must be 2 or more")
         for name in ("radial", "tangential"):
             if not getattr(self, name) > 0.0:
-                raise ValueError(f"{name} = {getattr(self, name):g}; must be positive")
+                raise ValueError(
+                    f"{name} = {format_number(getattr(self, name))}; must be positive"
+                )
 
 
 class ToothForce(NamedTuple):

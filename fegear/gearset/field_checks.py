@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from fegear.files.errors import InputError
-from lumped.common.checks import is_number
+from lumped.common.checks import format_number, is_number
 from lumped.common.checks import require_fields as require_types
 
 
@@ -23,11 +23,13 @@ def require_positive(part: Any, *names: str) -> None:
         value = getattr(part, name)
         for number in value if isinstance(value, tuple) else (value,):
             if is_number(number) and not number > 0.0:
-                raise InputError(f"{name} = {number:.12g}; must be above 0")
+                raise InputError(f"{name} = {format_number(number)}; must be above 0")
 
 
 def require_within(part: Any, name: str, low: float, below: float) -> None:
     """A number is from low to below a limit where it is not None."""
     value = getattr(part, name)
     if value is not None and not low <= value < below:
-        raise InputError(f"{name} = {value:.12g}; must be {low:g} to below {below:g}")
+        raise InputError(
+            f"{name} = {format_number(value)}; must be {low:g} to below {below:g}"
+        )

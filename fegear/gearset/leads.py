@@ -8,9 +8,10 @@ from fegear.gearset.modifications import FlankLead
 from fegear.gearset.schema import LeadEntry, MeshEntry, mesh_label
 from lumped.common.array_types import Array
 from lumped.common.units import MM, UM
-from meshes.gear import floored
+from meshes.gear import apart_from, floored
 
 MIN_COMMON_WIDTH = 0.1  # over which gears face each other, of the narrower one's width
+MAX_OVERLAP_RATIO = 60.0  # beyond, no resolution has few enough slices of the width
 
 
 def leads_by_key(entry: MeshEntry) -> dict[str, FlankLead | None]:
@@ -120,11 +121,12 @@ def require_faces(gear_set: GearSet) -> None:
         most = 0.5 * sum(widths) - MIN_COMMON_WIDTH * min(widths)
         if abs(mesh.offset) > most:
             raise InputError(
-                f"{where}: offset_mm = {mesh.offset / MM:g}; must be at most "
-                f"{floored(most / MM)} mm, so that a tenth of the narrower width is in "
-                "mesh"
+                f"{where}: offset_mm = {_apart_from(mesh.offset / MM, most / MM)}; "
+                f"must be at most {floored(most / MM)} mm, so that a tenth of the "
+                "narrower width is in mesh"
             )
         _require_engaged(gear_set, number, where)
+        _require_narrow(gear_set, number, where)
         misaligned = f"{where}: misalignment_um or lead.slope_um"
         _require_shallow(misaligned, mesh.misalignment, gears[0])
         for role, gear, flank in zip(
@@ -137,7 +139,8 @@ def require_faces(gear_set: GearSet) -> None:
             if lead.end_length > half:
                 raise InputError(
                     f"{where}: {role}_lead.end_relief_length_mm = "
-                    f"{lead.end_length / MM:g}; must be at most {floored(half / MM)} "
+                    f"{_apart_from(lead.end_length / MM, half / MM)}; must be at most "
+                    f"{floored(half / MM)} "
                     f'mm, half the face width of gear "{gear.name}"'
                 )
             for key in ("crowning", "slope", "end_relief"):
@@ -159,11 +162,30 @@ def _require_engaged(gear_set: GearSet, mesh: int, where: str) -> None:
     )
 
 
+def _require_narrow(gear_set: GearSet, mesh: int, where: str) -> None:
+    """Require a width of contact that can be solved in slices."""
+    ratio = gear_set.overlap_ratio(mesh)
+    if ratio > MAX_OVERLAP_RATIO:
+        most = gear_set.common_width(mesh) / ratio * MAX_OVERLAP_RATIO
+        limit = f"{MAX_OVERLAP_RATIO:g}"
+        raise InputError(
+            f"{where}: overlap ratio {apart_from(ratio, limit)}; must be at most "
+            f"{limit}, that of a common face width of "
+            f"{floored(most / MM)} mm"
+        )
+
+
+def _apart_from(value: float, limit: float) -> str:
+    """A value of either sign told apart from its largest size."""
+    return apart_from(value, floored(limit), f"-{floored(limit)}")
+
+
 def _require_shallow(name: str, depth: float, gear: Gear) -> None:
     """Refuse a depth [m] of more than half the module, that of the file."""
     limit = 0.5 * gear.geometry.normal_module
     if abs(depth) > limit:
         raise InputError(
-            f"{name} = {depth / UM:g}; must be from -{floored(limit / UM)} to "
+            f"{name} = {_apart_from(depth / UM, limit / UM)}; must be from "
+            f"-{floored(limit / UM)} to "
             f"{floored(limit / UM)}, half the module"
         )

@@ -11,6 +11,7 @@ from functools import lru_cache
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet, Mesh, PlanetCarrier
+from lumped.common.checks import format_number
 
 
 @dataclass(frozen=True)
@@ -148,6 +149,7 @@ def _ratio(mesh: Mesh) -> float:
 def _require_torque(gear_set: GearSet, torque: float) -> None:
     if not 0.0 <= torque < math.inf:
         raise InputError(
-            f"{gear_set.name}: torque = {torque:g} N m on the input gear; must be 0 "
+            f"{gear_set.name}: torque = {format_number(torque)} N m on the input "
+            "gear; must be 0 "
             "or more and finite, in the sense of rotation"
         )

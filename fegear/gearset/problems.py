@@ -12,6 +12,7 @@ from pydantic_core import ErrorDetails
 
 from fegear.files.errors import nearest
 from fegear.gearset.schema import Document, mesh_label
+from lumped.common.checks import format_number
 
 PHRASES = {
     "int_type": "must be a whole number",
@@ -21,16 +22,17 @@ PHRASES = {
     "list_type": "must be a list",
     "model_type": "must be a table",
     "finite_number": "must be finite",
-    "greater_than": "must be above {gt:g}",
-    "greater_than_equal": "must be at least {ge:g}",
-    "less_than": "must be below {lt:g}",
-    "less_than_equal": "must be at most {le:g}",
+    "greater_than": "must be above {gt:.12g}",
+    "greater_than_equal": "must be at least {ge:.12g}",
+    "less_than": "must be below {lt:.12g}",
+    "less_than_equal": "must be at most {le:.12g}",
     "literal_error": "must be {expected}",
     "too_short": "has {actual_length} entries; at least {min_length} needed",
     "string_pattern_mismatch": (
         "must not be empty nor hold quotes, control or format characters"
     ),
 }
+LIMITED = ("greater_than", "greater_than_equal", "less_than", "less_than_equal")
 SYMBOLS = {  # of formulas, and the keys that have their values
     "x": "profile_shift",
     "z": "teeth",
@@ -115,6 +117,8 @@ def _statement(item: ErrorDetails, key: str, document: type[BaseModel]) -> str:
         phrase += f"; {EXTERNAL_SPUR}, negative teeth would be an internal gear"
     if kind == "too_short":
         return f"{key} {phrase}"
+    if kind in LIMITED and isinstance(value, float):
+        return f"{key} = {format_number(value)}; {phrase}" if key else phrase
     return f"{key} = {shown(value)}; {phrase}" if key else phrase
 
 

@@ -16,6 +16,7 @@ from fegear.gearset.problems import shown
 from fegear.gearset.refusals import KeyOf
 from fegear.gearset.schema import POINT_KEYS, ProfileEntry
 from fegear.gearset.zones import Zones, zones
+from lumped.common.checks import format_number
 from lumped.common.csv_text import CsvText, TableError, parse_csv
 from lumped.common.units import UM
 from meshes import GearPair
@@ -151,7 +152,8 @@ def _finite_number(cell: str, column: str, place: str) -> float:
 def _require_size(name: str, value: float, limit: float) -> None:
     if not abs(value) <= limit:
         raise InputError(
-            f"{name} = {value:g}; must be from -{floored(limit)} to {floored(limit)}, "
+            f"{name} = {format_number(value)}; must be from -{floored(limit)} to "
+            f"{floored(limit)}, "
             "half the module"
         )
 
@@ -167,8 +169,9 @@ def _require_order(
     for place, (point_before, point) in zip(places[1:], pairwise(points), strict=True):
         if not point > point_before:
             raise InputError(
-                f"{place.format(key=key)} = {point:g}; must be above the one before, "
-                f"{point_before:g}"
+                f"{place.format(key=key)} = {format_number(point)}; must be above the "
+                "one before, "
+                f"{format_number(point_before)}"
             )
 
 
@@ -196,7 +199,7 @@ def _roll_lengths(table: MeasuredPoints, flank: Zones) -> tuple[float, ...]:
                 bound = Bound("at most", most_value, f"the {most_name}{table.gear}")
             raise table.key_of.refusal(key, bound, unit_of_key(key), index)
         raise InputError(
-            f"{place.format(key=key)} = {point:g}; must be from "
+            f"{place.format(key=key)} = {format_number(point)}; must be from "
             f"{ceiled(least_value)} to {floored(most_value)}, {least_name} and "
             f"{most_name}{table.gear}"
         )

@@ -34,6 +34,7 @@ from fegear.gearset.modifications import Interpolation, ReliefShape
 from fegear.gearset.planes import Plane
 from fegear.gearset.planetary.members import MAX_PLANETS, Member
 from fegear.gearset.torque_limits import MAX_TORQUE, MIN_TORQUE
+from lumped.common.checks import format_number
 from meshes.gear import floored
 
 Item = TypeVar("Item")
@@ -394,7 +395,8 @@ class GearEntry(GearDefaults):
         for number, error in enumerate(errors or (), start=1):
             if abs(error) > most:
                 raise ValueError(
-                    f"pitch_errors_um entry {number} = {error:g}; must be from "
+                    f"pitch_errors_um entry {number} = {format_number(error)}; must "
+                    "be from "
                     f"-{floored(most)} to {floored(most)}, half the module"
                 )
         return self

@@ -25,6 +25,7 @@ from fegear.rendering.mesh_scene import MeshScene
 from fegear.rendering.motion_field import instant_field
 from fegear.rendering.recorded import Instant, RecordedMotion
 from fegear.statics.settings import StaticsSettings
+from lumped.common.checks import format_number
 from lumped.common.progress import Progress, silent
 from lumped.common.short_repr import ShortRepr
 
@@ -73,7 +74,7 @@ def contact_at_rest(
     """
     period = pair_periods(gear_set)[mesh]
     if not 0.0 <= position <= period:
-        raise InputError(f"position = {position:.12g}; must be 0 to {period}")
+        raise InputError(f"position = {format_number(position)}; must be 0 to {period}")
 
     def positions(count: int) -> list[float]:
         return [i / count for i in range(count)]
@@ -107,7 +108,7 @@ def contacts_of_set(
     """
     period = pair_periods(gear_set)[0]
     if not 0.0 <= position <= period:
-        raise InputError(f"position = {position:.12g}; must be 0 to {period}")
+        raise InputError(f"position = {format_number(position)}; must be 0 to {period}")
     length = 1.0 / min(map(float, train_of(gear_set, torque).mesh_rates))
 
     def cycle(count: int) -> list[SetMoment]:

@@ -61,6 +61,35 @@ class Excitations:
             return self._excitation_from_tables(gear_set, mesh, torque, model)
         return self._excitation_from_figures(gear_set, mesh, torque, model)
 
+    def require_mesh(self, gear_set: GearSet, mesh: int) -> None:
+        """Raise InputError for a mesh that has no excitation, before it is solved."""
+        from fegear.statics.face_problem import require_solvable
+
+        solved_set = gear_set
+        if self.settings.kind != "fe":
+            self._require_figures(gear_set, mesh)
+            solved_set = unmodified(gear_set, mesh)
+        if self.settings.solves_elements(gear_set):
+            settings = self.settings.statics_of(solved_set, mesh)
+            require_solvable(solved_set, mesh, settings)
+
+    def _require_figures(self, gear_set: GearSet, mesh: int) -> None:
+        """Refuse what a stiffness from key figures does not have."""
+        task = f"{self.settings.kind} stiffness"
+        require_no_faults(gear_set, FAULT_KINDS, task)
+        require_no_width_gap(gear_set, mesh, task)
+        if self.settings.kind != "fourier":
+            return
+        for feature, entries in (
+            ("a profile modification", gap_points(gear_set.meshes[mesh])),
+            ("pitch errors", tooth_pair_errors(gear_set, mesh)),
+        ):
+            if len(entries):
+                raise InputError(
+                    f"mesh {mesh + 1} has {feature}; excitation fourier "
+                    "represents the complete mesh and has none"
+                )
+
     def mean_stiffness(self, gear_set: GearSet, mesh: int, torque: float) -> float:
         """The gear set's own figure [N/m], or the mean of the unmodified teeth."""
         stiffness = gear_set.meshes[mesh].mean_stiffness
@@ -163,23 +192,12 @@ class Excitations:
     def _excitation_from_figures(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
-        task = f"{self.settings.kind} stiffness"
-        require_no_faults(gear_set, FAULT_KINDS, task)
-        require_no_width_gap(gear_set, mesh, task)
+        self._require_figures(gear_set, mesh)
         spec = gear_set.meshes[mesh]
         figures = self.figures(gear_set, mesh, torque)
         force = torque / spec.pair.driver_arm
         harmonics = self.settings.harmonics if self.settings.kind == "fourier" else None
         gap, errors = gap_points(spec), tooth_pair_errors(gear_set, mesh)
-        for feature, entries in (
-            ("a profile modification", gap),
-            ("pitch errors", errors),
-        ):
-            if harmonics and len(entries):
-                raise InputError(
-                    f"mesh {mesh + 1} has {feature}; excitation fourier "
-                    "represents the complete mesh and has none"
-                )
         return analytic_excitation(figures, model, gap, force, harmonics, errors)
 
     def figures(

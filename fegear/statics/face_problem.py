@@ -13,8 +13,13 @@ from fegear.gearset.leads import width_gap
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.schema import mesh_label
-from fegear.statics.settings import Resolution, StaticsSettings
+from fegear.statics.settings import RESOLUTIONS, Resolution, StaticsSettings
 from lumped.common.progress import Progress
+
+MAX_SLICES = 1000  # of a mesh, some seconds and 0.3 GB at a position
+CORNER_PARTS = 0.3  # parts of tip corners in contact, over the number of slices
+PART_MATRICES = 18  # between parts in contact, held at once; measured
+BYTES_PER_NUMBER = 8
 
 
 def face_problem(
@@ -26,9 +31,10 @@ def face_problem(
 ) -> ContactProblem:
     """The contact problem, with the compliance of both gears over their widths.
 
-    Raises InputError for what is not known of such meshes.
+    Raises InputError for what `require_solvable` refuses.
     """
     _require_known(gear_set, mesh, settings)
+    _require_few_slices(gear_set, mesh, resolution)
     spec, size = gear_set.meshes[mesh], resolution.size
     slices = slices_over_width(gear_set, mesh, resolution)
     materials, flanks, wide = [], [], []
@@ -76,6 +82,31 @@ def slices_over_width(gear_set: GearSet, mesh: int, resolution: Resolution) -> i
     """Number of slices; with much overlap as many as a base pitch of it needs."""
     for_overlap = resolution.slices_per_pitch * gear_set.overlap_ratio(mesh)
     return max(resolution.slices, math.ceil(for_overlap))
+
+
+def require_solvable(gear_set: GearSet, mesh: int, settings: StaticsSettings) -> None:
+    """Refuse what is not known of a mesh, and more slices than a machine can hold.
+
+    It takes no time: call it before anything is computed.
+    """
+    if gear_set.meshes[mesh].varies_over_width:
+        _require_known(gear_set, mesh, settings)
+        _require_few_slices(gear_set, mesh, RESOLUTIONS[settings.resolution])
+
+
+def _require_few_slices(gear_set: GearSet, mesh: int, resolution: Resolution) -> None:
+    slices = slices_over_width(gear_set, mesh, resolution)
+    if slices > MAX_SLICES:
+        spec = gear_set.meshes[mesh]
+        names = (gear_set.gears[gear].name for gear in spec.gears)
+        parts = slices * (spec.pair.contact_ratio + CORNER_PARTS)
+        needed_GB = PART_MATRICES * BYTES_PER_NUMBER * parts**2 / 1e9
+        raise InputError(
+            f"{mesh_label(*names)}: {slices} slices of the face width, of an overlap "
+            f"ratio of {gear_set.overlap_ratio(mesh):.6g}; must be at most "
+            f"{MAX_SLICES}: a position takes {needed_GB:.3g} GB of memory; a narrower "
+            "face width or a coarser resolution needs fewer"
+        )
 
 
 def _require_known(gear_set: GearSet, mesh: int, settings: StaticsSettings) -> None:

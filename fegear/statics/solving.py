@@ -34,7 +34,7 @@ from fegear.files.timing import recorded_stages, stage
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import mesh_errors, pair_periods
-from fegear.statics.face_problem import face_problem
+from fegear.statics.face_problem import face_problem, require_solvable
 from fegear.statics.mesh_faults import faulty_sides
 from fegear.statics.mesh_result import ErrorEstimate, StaticsResult, error_estimate
 from fegear.statics.mesh_table import (
@@ -116,6 +116,7 @@ def mesh_statics(
 ) -> StaticsResult:
     """Mesh table of a mesh, by its index from 0, at torques on its driver [N m]."""
     settings = settings or StaticsSettings()
+    require_solvable(gear_set, mesh, settings)
     report = progress or silent
     driver_torques = np.array(torques, float)
     pitches = pair_periods(gear_set)[mesh]

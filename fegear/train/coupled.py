@@ -26,10 +26,6 @@ from fegear.elasticity.cache import cached_body
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT, CyclicSector
 from fegear.gearset.faults.checks import with_equal_teeth
-from fegear.gearset.inertia import (
-    require_inertia_beyond_springs,
-    require_inertia_of_bodies,
-)
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at
@@ -69,10 +65,6 @@ def coupled_contacts(
     without : which of `lumped.train.coupled.COMPONENTS` are left out
     retained : mask of the body modes to choose, where it is known
     """
-    if "body" not in without:
-        alternative = "the coupled model without body counts none of it"
-        require_inertia_of_bodies(gear_set, alternative)
-        require_inertia_beyond_springs(gear_set, alternative)
     settings = excitations.statics
     if isinstance(excitations, GivenTables):
         load_curves = all_table_load_curves(gear_set, torque, excitations, without)

@@ -9,8 +9,6 @@ import numpy as np
 
 from fegear.boundary import public
 from fegear.files.errors import InputError
-from fegear.gearset.faults.checks import require_no_faults
-from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
@@ -20,13 +18,13 @@ from fegear.statics.excitation import Excitations, ExcitationSource
 from fegear.statics.given_tables import GivenTables
 from fegear.statics.plausibility import mesh_warnings
 from fegear.train.model_settings import (
-    LINEAR_ONLY,
     BendingRatio,
     LumpedModel,
     contact_source_of,
     has_rolling_bearings,
     resolve_model,
 )
+from fegear.train.requirements import BENDING_NEEDED, require_model
 from lumped.steady.integration_settings import Settings
 from lumped.steady.losses import nominal_efficiency
 from lumped.train.at_rest import RestReference, remove_pitch_errors
@@ -77,14 +75,11 @@ def lumped_system(
         If the gear set gives no train, the train would accelerate, or the model does
         not fit the gear set.
     """
-    if gear_set.carrier is not None:
-        require_no_faults(gear_set, FAULT_KINDS, "motions of planetary sets")
     model, _ = resolve_model(model or LumpedModel(), gear_set)
     source = excitations or model.excitations
+    require_model(gear_set, model, source)
     contact_source = None
     if model.number == "coupled":
-        if has_rolling_bearings(model, gear_set):
-            raise InputError(f"{gear_set.name}: {LINEAR_ONLY}, use bearings = linear")
         contact_source = contact_source_of(gear_set, model, source)
     train = train_of(gear_set, torque, model.translations, model.damping_ratio)
     if model.bearings == "linear":
@@ -202,10 +197,7 @@ def bending_ratios(
         elif isinstance(source, Excitations) and source.settings.kind == "fe":
             table = source.table(gear_set, mesh, torque)
         else:
-            raise InputError(
-                "bending is missing; the friction-bending ratio comes from mesh tables "
-                "by finite elements, of other excitations it must be given"
-            )
+            raise InputError(BENDING_NEEDED)
         needed_columns = [FRICTION_BENDING_COLUMN]
         if model.bending == "cycle":
             needed_columns = pair_names(table, FRICTION_BENDING_COLUMN) or [

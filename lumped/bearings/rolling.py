@@ -17,7 +17,7 @@ from lumped.bearings.hertz import (
     line_coefficient,
     line_pressure,
 )
-from lumped.common.checks import require_between, require_fields
+from lumped.common.checks import format_number, require_between, require_fields
 
 MIN_ELEMENTS, MAX_ELEMENTS = 3, 1000
 STEEL_MODULUS, STEEL_POISSON = 207e9, 0.3  # of bearing steel, of Harris's constants
@@ -90,7 +90,8 @@ class RollingBearing:
         room = self.pitch_diameter * math.sin(math.pi / self.elements)
         if self.element_diameter > room:
             raise ValueError(
-                f"{diameter} = {self.element_diameter:g}; must be at most {room:g} m "
+                f"{diameter} = {format_number(self.element_diameter)}; must be at "
+                f"most {format_number(room)} m "
                 f"for {self.elements} {name} on a pitch_diameter of "
                 f"{self.pitch_diameter:g} m"
             )

@@ -15,6 +15,7 @@ import numpy as np
 from lumped.bearings.kinematics import cage_over_shaft
 from lumped.bearings.rolling import RollingBearing
 from lumped.common.array_types import Array
+from lumped.common.checks import format_number
 
 MAX_ITERATIONS = 40
 LOAD_STEP = 3.0  # ratio of loads from which a smaller one is approached
@@ -120,7 +121,9 @@ def load_distribution(
     force = np.array(load, float)
     size = float(np.hypot(*force))
     if not MIN_LOAD <= size < math.inf:
-        raise ValueError(f"load = {size:g}; must be {MIN_LOAD:g} N or more")
+        raise ValueError(
+            f"load = {format_number(size)}; must be {MIN_LOAD:g} N or more"
+        )
     support = RingSupport(bearing, cage_angle)
     u = _equilibrium(support, force)
     approaches = support.approaches(u)

@@ -21,6 +21,7 @@ from fractions import Fraction
 import numpy as np
 
 from lumped.common.array_types import Array, Complex
+from lumped.common.checks import format_number
 from lumped.common.short_repr import ShortRepr
 from lumped.train.excitation import MeshExcitation
 from lumped.train.system import LumpedSystem
@@ -103,7 +104,8 @@ class ParametricSystem(ShortRepr):
                 raise ValueError(f"{name} = {values}; must be positive")
         if not MIN_DAMPING <= self.damping_ratio < 1.0:
             raise ValueError(
-                f"damping_ratio = {self.damping_ratio:g}; must be {MIN_DAMPING:g} to "
+                f"damping_ratio = {format_number(self.damping_ratio)}; must be "
+                f"{MIN_DAMPING:g} to "
                 "below 1"
             )
 

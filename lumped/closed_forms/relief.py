@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 
 from lumped.closed_forms.resonance import Resonance
 from lumped.common.array_types import Array
+from lumped.common.checks import format_number
 
 
 def optimal_relief(force: float, lowest: float, highest: float) -> float:
@@ -49,10 +50,11 @@ def optimal_relief(force: float, lowest: float, highest: float) -> float:
     stiffness between these values it is an estimate.
     """
     if not 0.0 < force < math.inf:
-        raise ValueError(f"force = {force:g}; must be positive")
+        raise ValueError(f"force = {format_number(force)}; must be positive")
     if not 0.0 < lowest <= highest <= 2.0 * lowest:
         raise ValueError(
-            f"highest = {highest:g} and {lowest:g}; must be lowest to twice lowest"
+            f"highest = {format_number(highest)} and {format_number(lowest)}; must be "
+            "lowest to twice lowest"
         )
     return 2.0 * force * (1.0 / lowest - 1.0 / highest)
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from lumped.closed_forms.resonance import Resonance
 from lumped.common.array_types import Array
+from lumped.common.checks import format_number
 
 
 def contact_loss_amplitude(resonance: Resonance) -> Array:
@@ -61,7 +62,7 @@ def separation_angle(resonance: Resonance, amplitude: float) -> Array:
     one.
     """
     if not amplitude > 0.0:
-        raise ValueError(f"amplitude = {amplitude:g}; must be positive")
+        raise ValueError(f"amplitude = {format_number(amplitude)}; must be positive")
     return np.arccos(np.minimum(contact_loss_amplitude(resonance) / amplitude, 1.0))
 
 

@@ -51,6 +51,7 @@ from lumped.closed_forms.tooth_energy import (
     beam_compliance,
 )
 from lumped.common.array_types import Array
+from lumped.common.checks import format_number
 
 CrackModel = Literal["parallel", "parabola", "hinge"]
 BENDING_FIT = 1.122, -1.4, 7.33, -13.08, 14.0  # powers of a/b, of F
@@ -81,10 +82,10 @@ class RootCrack:
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.depth < math.inf:
-            raise ValueError(f"depth = {self.depth:g}; must be 0 or more")
+            raise ValueError(f"depth = {format_number(self.depth)}; must be 0 or more")
         if not 0.0 < self.angle <= 0.5 * math.pi:
             raise ValueError(
-                f"angle = {self.angle:g}; must be above 0 and at most pi/2"
+                f"angle = {format_number(self.angle)}; must be above 0 and at most pi/2"
             )
         if self.model not in get_args(CrackModel):
             allowed = ", ".join(get_args(CrackModel))
@@ -95,8 +96,9 @@ class RootCrack:
         low, high = outline.position[0], outline.position[-1]
         if not low <= self.start < high:
             raise ValueError(
-                f"start = {self.start:.6g}; must be {low:.6g} m or more and below "
-                f"{high:.6g} m"
+                f"start = {format_number(self.start)}; must be {format_number(low)} m "
+                "or more and below "
+                f"{format_number(high)} m"
             )
         mouth = float(outline.thickness_at(self.start))
         return (
@@ -275,7 +277,8 @@ def hinge_factor(part: float) -> float:
     """
     if not 0.0 <= part <= MAX_HINGE_PART:
         raise ValueError(
-            f"depth = {part:.4g}; must be 0 to {MAX_HINGE_PART:g} of the thickness"
+            f"depth = {format_number(part)}; must be 0 to {MAX_HINGE_PART:g} of the "
+            "thickness"
         )
     F = np.polynomial.Polynomial(BENDING_FIT)
     alpha = np.polynomial.Polynomial((0.0, 1.0))

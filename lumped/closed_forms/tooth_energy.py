@@ -33,6 +33,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from lumped.common.array_types import Array
+from lumped.common.checks import format_number
 
 SHEAR_CORRECTION = 1.2  # rectangular section
 GAUSS_POINTS = 4  # between two points of an outline
@@ -144,7 +145,8 @@ class ToothOutline:
         first, last = self.position[0], self.position[-1]
         if not first < end <= last:
             raise ValueError(
-                f"end = {end:.6g}; must be above {first:.6g} and at most {last:.6g} m"
+                f"end = {format_number(end)}; must be above {format_number(first)} and "
+                f"at most {format_number(last)} m"
             )
         inside = self.position[self.position < end]
         jumps = [jump for jump in breaks if first < jump < end]

@@ -65,7 +65,7 @@ def require_between(
     if inside and not (above and value == low) and not (below and value == high):
         return
     first, last = (
-        f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in (low, high)
+        f"{end:.12g}".replace("e+0", "e").replace("e-0", "e-") for end in (low, high)
     )
     start, end = "above " if above else "", "below " if below else ""
     raise ValueError(
@@ -191,6 +191,15 @@ def format_value(value: object) -> str:
         return shorten(str(value) if isinstance(value, Real) else repr(value))
     except ValueError:  # of whole numbers with thousands of digits
         return "a number of too many digits"
+
+
+def format_number(value: float) -> str:
+    """Received number as text for a message, which no other number has.
+
+    Short, but exact: it differs from any limit that it misses.
+    """
+    short = f"{value:.12g}"
+    return short if float(short) == value or value != value else str(float(value))
 
 
 def shorten(text: str, max_length: int = MAX_SHOWN_LENGTH) -> str:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
+from lumped.common.checks import format_number
 from lumped.rattle.machine import TURN, Machine
 
 Side = Literal["driving", "driven"]
@@ -24,7 +25,9 @@ Side = Literal["driving", "driven"]
 def _require(part: Any, *allowed: tuple[str, str, bool]) -> None:
     for name, text, good in allowed:
         if not good:
-            raise ValueError(f"{name} = {getattr(part, name):g}; must be {text}")
+            raise ValueError(
+                f"{name} = {format_number(getattr(part, name))}; must be {text}"
+            )
 
 
 def _require_positive(part: Any, *names: str) -> None:
@@ -161,7 +164,7 @@ class Assembly:
         if self.driven_gear is not None and self.driven_gear.motor_on_gear:
             raise ValueError("driven_gear.motor_on_gear = true; must be false")
         if self.machine.drive != 1.0:
-            raise ValueError(f"drive = {self.machine.drive:g}; must be 1")
+            raise ValueError(f"drive = {format_number(self.machine.drive)}; must be 1")
 
     @property
     def beside_shafts(self) -> Iterator[tuple[str, Any]]:

@@ -15,6 +15,7 @@ from itertools import pairwise
 import numpy as np
 
 from lumped.common.array_types import Array, Indices
+from lumped.common.checks import format_number
 from lumped.common.workers import Arrays, Compute, compute_in_threads
 from lumped.rattle.attractors import RattleAttractor, classify_attractors
 from lumped.rattle.machine import Machine
@@ -37,7 +38,10 @@ class InitialGrid:
     def __post_init__(self) -> None:
         low, high = self.velocity
         if not 0.0 <= low < high < math.inf:
-            raise ValueError(f"velocity = {low:g}:{high:g}; must rise from 0 or more")
+            raise ValueError(
+                f"velocity = {format_number(low)}:{format_number(high)}; must rise "
+                "from 0 or more"
+            )
         if self.side < 1:
             raise ValueError(f"side = {self.side}; must be at least 1")
 

@@ -8,6 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
+from lumped.common.checks import format_number
 from lumped.rattle.kernels.records import (
     MAX_DECAYING_FLIGHT,
     MAX_LOAD_CHANGE,
@@ -62,7 +63,11 @@ class Machine:
             ("damping", "above 0 and finite", 0.0 < self.damping < math.inf),
             ("eccentricity", "0 or more", 0.0 <= self.eccentricity < math.inf),
             ("half_backlash", "above 0 and finite", 0.0 < play < math.inf),
-            ("stiffness", f"above {least:g}, damping^2 / 8", self.stiffness > least),
+            (
+                "stiffness",
+                f"above {format_number(least)}, damping^2 / 8",
+                self.stiffness > least,
+            ),
             ("restitution", "from 0 to 1", 0.0 <= self.restitution <= 1.0),
             ("ripple", "finite", math.isfinite(self.ripple)),
             ("ripple_order", "1 or more", self.ripple_order >= 1),
@@ -70,7 +75,9 @@ class Machine:
             ("drive", "above 0 and finite", 0.0 < self.drive < math.inf),
         ):
             if not good:
-                raise ValueError(f"{name} = {getattr(self, name):g}; must be {allowed}")
+                raise ValueError(
+                    f"{name} = {format_number(getattr(self, name))}; must be {allowed}"
+                )
 
     @property
     def is_impact(self) -> bool:

@@ -10,7 +10,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
-from lumped.common.checks import require_fields
+from lumped.common.checks import format_number, require_fields
 from lumped.common.options import Range
 
 POSITION_RTOL = 1e-9  # of a length, below which two positions are one
@@ -53,7 +53,8 @@ class Section:
         require_fields(self)
         if not self.bore < self.diameter:
             raise RotorError(
-                f"bore = {self.bore:g}; must be less than diameter = {self.diameter:g}"
+                f"bore = {format_number(self.bore)}; must be less than diameter = "
+                f"{format_number(self.diameter)}"
             )
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from lumped.common.array_types import Array
-from lumped.common.checks import check_arguments, require_fields
+from lumped.common.checks import check_arguments, format_number, require_fields
 from lumped.train.excitation import MeshExcitation, PairExcitation, with_pitch_errors
 from lumped.train.excitation_tables import MODELS
 from lumped.train.waves import (
@@ -83,7 +83,7 @@ class StiffnessParameters:
         for name, (ok, allowed) in checks.items():
             if not ok:
                 value = getattr(self, name)
-                raise ValueError(f"{name} = {value:g}; must be {allowed}")
+                raise ValueError(f"{name} = {format_number(value)}; must be {allowed}")
 
     @property
     def pairs(self) -> int:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
-from lumped.common.checks import require_fields
+from lumped.common.checks import format_number, require_fields
 from lumped.common.csv_text import TableError, format_csv, parse_csv
 from lumped.common.short_repr import ShortRepr
 
@@ -73,7 +73,10 @@ class MeshTable(ShortRepr):
         if not (np.diff(self.position) > 0.0).all():
             index = int(np.argmin(np.diff(self.position) > 0.0))
             before, after = self.position[index : index + 2]
-            raise TableError(f"position must increase, {after:g} follows {before:g}")
+            raise TableError(
+                f"position must increase, {format_number(after)} follows "
+                f"{format_number(before)}"
+            )
         object.__setattr__(self, "columns", MappingProxyType(dict(self.columns)))
         object.__setattr__(self, "header", MappingProxyType(dict(self.header)))
 
@@ -185,7 +188,9 @@ def _table_from(
     torque, position = (data[:, names.index(name)] for name in REQUIRED_COLUMNS[:2])
     torques = np.array(list(dict.fromkeys(torque)))
     if not (torques > 0.0).all():
-        raise TableError(f"torque_Nm = {torques.min():g}; must be above 0 N m")
+        raise TableError(
+            f"torque_Nm = {format_number(torques.min())}; must be above 0 N m"
+        )
     positions = position[torque == torque[0]]
     expected = [(t, p) for t in torques for p in positions]
     if expected != list(zip(torque, position, strict=True)):

@@ -31,7 +31,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
 from meshes.array_types import Array
-from meshes.gear import GeometryError, floored
+from meshes.gear import GeometryError, apart_from, floored
 
 MIN_GAP = 1e-3  # least distance from the bearing to the circle, over the radius
 MAX_LOBES = 100
@@ -97,7 +97,8 @@ class EccentricPair:
             raise GeometryError("radius", got)
         if not 0.0 <= e <= (1.0 - MIN_GAP) * r:
             most = floored(1e3 * (1.0 - MIN_GAP) * r)
-            got = f"{1e3 * e:g} mm; must be from 0 to {most} mm, below the radius"
+            got = f"{apart_from(1e3 * e, most)} mm; must be from 0 to {most} mm, below"
+            got = f"{got} the radius"
             raise GeometryError("eccentricity", got)
         whole = 1 <= self.ratio <= MAX_LOBES and self.ratio == int(self.ratio)
         if not whole:

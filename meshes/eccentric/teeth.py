@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from meshes.array_types import Array
 from meshes.eccentric.base import LEADING, TRAILING, Side, feasibility
 from meshes.eccentric.pitch import EccentricPair, PitchCurve
-from meshes.gear import GeometryError, floored
+from meshes.gear import GeometryError, apart_from, floored
 
 MIN_TEETH, MAX_TEETH = 5, 2_000
 ROUNDING = 0.3  # rounding of the rack's tips, in modules, as usual in gear sets
@@ -53,15 +53,17 @@ class Rack:
 
     def __post_init__(self) -> None:
         if not 0.1 <= self.tip_height <= 2.0:
-            got = f"{self.tip_height:g} modules; must be 0.1 to 2"
+            got = f"{apart_from(self.tip_height, '0.1', '2')} modules; must be 0.1 to 2"
             raise GeometryError("addendum", got)
         if not self.tip_height < self.root_depth <= 3.0:
-            got = f"{self.root_depth:g} modules; must be above the addendum "
-            raise GeometryError("dedendum", f"{got}{self.tip_height:g}, to 3")
+            low = f"{self.tip_height:.12g}"
+            got = f"{apart_from(self.root_depth, low, '3')} modules; must be above"
+            raise GeometryError("dedendum", f"{got} the addendum {low}, to 3")
         if not self.rounding > 0.0:
             most = floored(0.25 * math.pi / math.tan(self.pressure_angle))
-            got = f"{self.root_depth:g} modules; the rack's tips are pointed, below "
-            raise GeometryError("dedendum", f"{got}{most} is needed")
+            got = f"{apart_from(self.root_depth, most)} modules; the rack's tips are"
+            got = f"{got} pointed, below {most} is needed"
+            raise GeometryError("dedendum", got)
 
     @property
     def pitch(self) -> float:

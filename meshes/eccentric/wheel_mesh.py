@@ -17,7 +17,7 @@ from meshes.eccentric.outline import (
     wheel_outline,
 )
 from meshes.eccentric.teeth import ToothedWheel
-from meshes.gear import GeometryError, floored
+from meshes.gear import GeometryError, apart_from, floored
 from meshes.gmsh_session import gmsh_model
 from meshes.outline import Edges
 from meshes.profile import Points
@@ -67,8 +67,12 @@ def wheel_mesh(
     edges, module = edges or WheelEdges(), wheel.rack.module
     largest = largest_bore(wheel)
     if not 0.0 < bore <= largest:
-        most = f"at most {floored(1e3 * largest)} mm, half a module below the roots"
-        raise GeometryError("bore", f"{1e3 * bore:.6g} mm; must be above 0, {most}")
+        most = floored(1e3 * largest)
+        raise GeometryError(
+            "bore",
+            f"{apart_from(1e3 * bore, '0', most)} mm; must be above 0, at most {most} "
+            "mm, half a module below the roots",
+        )
     outline, hole = wheel_outline(wheel, edges), _circle(bore, edges.bore)
     with gmsh_model("wheel") as gmsh:
         lines: dict[str, list[int]] = {}

@@ -11,8 +11,10 @@ import fegear
 from fegear.commands.stiffness.path_figure import draw_path, pair_along_path
 from fegear.contact.path import roll_angles
 from fegear.files.errors import InputError
+from fegear.gearset.leads import MAX_OVERLAP_RATIO
+from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
-from fegear.statics.face_problem import slices_over_width
+from fegear.statics.face_problem import require_solvable, slices_over_width
 from fegear.statics.settings import RESOLUTIONS
 from fegear.statics.table_warnings import table_warnings
 
@@ -191,6 +193,41 @@ def test_overlap_needs_slices(width_mm, slices):
     overlap = width_mm * np.sin(np.radians(18.0)) / (3.0 * np.pi)
     assert slices == max(32, np.ceil(24.0 * overlap))
     assert slices_over_width(gears, 0, RESOLUTIONS["default"]) == slices
+
+
+def set_of_width(width_mm: float) -> GearSet:
+    return fegear.make_gear_set(
+        HELICAL, {f"gear.{i}.face_width_mm": width_mm for i in (1, 2)}
+    )
+
+
+def width_of_slices(slices: int, per_pitch: float) -> float:
+    """Width [mm] that just needs as many slices."""
+    return (1.0 - 1e-9) * slices / per_pitch * 3.0 * np.pi / np.sin(np.radians(18.0))
+
+
+@pytest.mark.parametrize("resolution", ["default", "fine"])
+def test_too_many_slices_are_refused_before_any_are_made(monkeypatch, resolution):
+    """With their number, the limit and the memory that a position takes."""
+    monkeypatch.setattr("fegear.statics.solving.contact_problem", None)
+    settings = fegear.StaticsSettings(resolution=resolution)
+    per_pitch = RESOLUTIONS[resolution].slices_per_pitch
+    fits, wide = (set_of_width(width_of_slices(n, per_pitch)) for n in (1000, 1001))
+    require_solvable(fits, 0, settings)
+    told = r"1001 slices .*must be at most 1000: a position takes 0\.[345]\d* GB"
+    with pytest.raises(InputError, match=told):
+        fegear.solve_mesh(wide, 1, 100.0, settings)
+
+
+def test_no_resolution_solves_what_a_file_is_refused_for():
+    coarse = RESOLUTIONS["coarse"]
+    widest = width_of_slices(1000, coarse.slices_per_pitch)
+    per_overlap = 3.0 * np.pi / np.sin(np.radians(18.0))
+    assert 0.98 * widest < MAX_OVERLAP_RATIO * per_overlap < widest
+    set_of_width(0.999 * MAX_OVERLAP_RATIO * per_overlap)
+    told = "overlap ratio 60.06; must be at most 60, that of a common face width of"
+    with pytest.raises(InputError, match=told):
+        set_of_width(1.001 * MAX_OVERLAP_RATIO * per_overlap)
 
 
 @pytest.mark.slow

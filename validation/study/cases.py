@@ -18,6 +18,7 @@ from fegear.files.output import read_text
 from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.read import path_of
 from fegear.statics.excitation_settings import Kind
+from lumped.common.checks import format_number
 from lumped.steady.motion import APPROACH_STEP
 from lumped.steady.sweep import Direction
 from validation.study.data_files import (
@@ -340,9 +341,12 @@ def read_case(text: str, source: str = "case") -> Case:
         )
     for motion in case.single_speed:
         if motion.torque_Nm not in case.torques_Nm:
-            allowed = ", ".join(f"{torque:g}" for torque in case.torques_Nm)
+            allowed = ", ".join(
+                f"{format_number(torque)}" for torque in case.torques_Nm
+            )
             raise InputError(
-                f"{source}: single_speed.torque_Nm = {motion.torque_Nm:g}; must be "
+                f"{source}: single_speed.torque_Nm = "
+                f"{format_number(motion.torque_Nm)}; must be "
                 f"one of torques_Nm, {allowed}"
             )
     return case

@@ -14,6 +14,7 @@ from fegear.files.contents import exact_repr
 from fegear.files.kept import directory_of_inputs
 from fegear.files.version import package_version
 from fegear.gearset import load_gear_set
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.train.model_settings import shares_a_gear
@@ -106,6 +107,7 @@ def tasks_of(case: Case) -> Iterator[RunSpec]:
         every.insert(1, (None, True))
     for model, plain in every:
         gear_set = load_gear_set(case.gear_set, case.edits_of(model))
+        require_uniform_loads(gear_set, "motions by finite elements")
         for torque in case.torques_Nm:
             yield RunSpec(
                 case=case,

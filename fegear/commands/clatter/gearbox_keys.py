@@ -14,6 +14,7 @@ from fegear.gearset.schema import (
     require_all_or_none,
     require_exactly_one,
 )
+from lumped.common.checks import format_number
 
 # Limits far beyond any gearbox, so that no product of them leaves the range of numbers.
 Positive = Annotated[float, Field(ge=1e-9, le=1e9)]
@@ -166,8 +167,9 @@ class WheelKeys(Keys):
             raise ValueError(f"{waves[0]} needs tooth_play_amplitude_mm, other than 0")
         if abs(self.tooth_play_amplitude_mm or 0.0) >= self.tooth_play_mm:
             raise ValueError(
-                f"tooth_play_amplitude_mm = {self.tooth_play_amplitude_mm:g}; its size "
-                f"must be below tooth_play_mm = {self.tooth_play_mm:g}"
+                "tooth_play_amplitude_mm = "
+                f"{format_number(self.tooth_play_amplitude_mm)}; its size "
+                f"must be below tooth_play_mm = {format_number(self.tooth_play_mm)}"
             )
 
     def _require_gyration(self) -> None:
@@ -194,7 +196,8 @@ class WheelKeys(Keys):
             most = MAX_DAMPING_RATE * (mass or 0.0) / time_s
             if (getattr(self, key) or 0.0) > most:
                 raise ValueError(
-                    f"wheel {self.name}: {key} = {getattr(self, key):g}; must be at "
+                    f"wheel {self.name}: {key} = {format_number(getattr(self, key))}; "
+                    "must be at "
                     f"most {most:.4g}, with which the wheel follows the oil within "
                     f"{time_s / MAX_DAMPING_RATE:.3g} s"
                 )

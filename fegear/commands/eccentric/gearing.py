@@ -12,6 +12,7 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from lumped.common.array_types import Array
+from lumped.common.checks import format_number
 from lumped.common.csv_text import format_exact
 from meshes import GeometryError
 from meshes.eccentric import EccentricPair, PitchCurve
@@ -54,7 +55,8 @@ class Gearing:
         low, high = ANGLES
         if not low <= self.pressure_angle_deg <= high:
             raise InputError(
-                f"pressure_angle = {self.pressure_angle_deg:g} deg; must be "
+                f"pressure_angle = {format_number(self.pressure_angle_deg)} deg; must "
+                "be "
                 f"{low:g} to {high:g}"
             )
         try:

@@ -17,6 +17,7 @@ from fegear.gearset.edit import find_entry, require_known_key
 from fegear.studies.settings import display_name
 from fegear.studies.trains.axes import require_within
 from fegear.studies.trains.loads import require_torque_axis
+from lumped.common.checks import format_number
 from lumped.steady.maps import Axis
 
 
@@ -95,7 +96,9 @@ def _require_axis(study: Any, axis: Axis, over: str) -> None:
         return
     if name in FAULTS:
         if name != "pitch_error" and min(axis.values) < 0.0:
-            raise InputError(f"{over} {name} = {min(axis.values):g}; must be 0 or more")
+            raise InputError(
+                f"{over} {name} = {format_number(min(axis.values))}; must be 0 or more"
+            )
         return
     if "." not in name:
         allowed = [*SETTINGS, *FAULTS]

@@ -36,6 +36,7 @@ from fegear.studies.settings import (
 )
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains.gear_sets import GearSetRef, mesh_setting
+from lumped.common.checks import format_number
 from lumped.common.options import Range
 from lumped.common.units import UM
 from lumped.rattle.assembly import Assembly, Shafts
@@ -181,7 +182,8 @@ class Pair:
             )
         if not self.torque >= MIN_TORQUE:
             raise InputError(
-                f"drag of the driven shaft = {self.torque:g} N m; must be from "
+                f"drag of the driven shaft = {format_number(self.torque)} N m; must "
+                "be from "
                 f"{MIN_TORQUE:g}"
             )
 

@@ -46,6 +46,7 @@ from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.common.units import UM
 from meshes import GearPair
+from meshes.gear import apart_from, floored
 
 BLOCK = 250  # pairs of gears of a task
 GRADES = Range(1, 11)
@@ -129,13 +130,14 @@ class Tolerances(
         gears = self.gear_set.healthy("tolerances")
         index = mesh_index(gears, self.mesh)
         torque = chosen_torque(gears, self.torque, self.mesh)
+        limits = self._limits(gears, index)  # before finite elements take a minute
         contact = contact_problem(without_pitch_errors(gears), index, self.elements)
         positions = self.elements.positions
         problem = ToleranceProblem(
             contact=contact,
             torque=torque,
             position=np.arange(positions) / positions,
-            limits=self._limits(gears, index),
+            limits=limits,
             distribution=self.distribution,
         )
         warnings = (*gear_set_warnings(gears),)
@@ -158,11 +160,13 @@ class Tolerances(
 def _require_mesh(pair: GearPair, limits: Mapping[str, float]) -> None:
     """Require gears that still mesh at the limits of their deviations."""
     half_module = 0.5 * pair.driver.module
+    half = floored(half_module / UM)
     for source, limit in limits.items():
         if limit > half_module:
             raise InputError(
-                f"{source} = {limit / UM:.6g} um; must be at most half the module, "
-                f"{half_module / UM:.6g} um"
+                f"{source} = {apart_from(limit / UM, half)} um; must be at most half "
+                "the module, "
+                f"{half} um"
             )
     bases = abs(pair.driver.base_radius + pair.driven.base_radius)
     if not pair.center_distance - limits[CENTER] > bases:
@@ -171,7 +175,7 @@ def _require_mesh(pair: GearPair, limits: Mapping[str, float]) -> None:
     if not least >= 1.0:
         raise InputError(
             f"{CENTER} = {limits[CENTER] / UM:.6g} um; the contact ratio falls to "
-            f"{least:.4g}, at least 1 is needed"
+            f"{floored(least)}, at least 1 is needed"
         )
 
 

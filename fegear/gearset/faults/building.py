@@ -20,6 +20,7 @@ from fegear.gearset.modifications import FlankProfile
 from fegear.gearset.profiles import MeasuredPoints, convert_measured_points
 from fegear.gearset.schema import GearEntry
 from fegear.gearset.zones import Zones, zones
+from lumped.common.checks import format_number
 from lumped.common.units import MM, UM
 from meshes import SpurGear
 from meshes.crack import Crack, crack_points, require_separate
@@ -131,7 +132,8 @@ def _require_on_flank(spall: SpallEntry, flank: Zones, tip: float, place: str) -
         angle = getattr(spall, key)
         if not limits[0] - slack <= angle <= limits[1] + slack:
             raise InputError(
-                f"{place}: {key} = {angle:g}; must be from {ceiled(limits[0])} to "
+                f"{place}: {key} = {format_number(angle)}; must be from "
+                f"{ceiled(limits[0])} to "
                 f"{floored(limits[1])}, start of the active profile and tip"
             )
 

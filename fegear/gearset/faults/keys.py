@@ -10,6 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
 
 from fegear.gearset.faults.tooth_faults import MAX_SPALLS, MAX_WIDTH_SHARE
 from fegear.gearset.modifications import Interpolation
+from lumped.common.checks import format_number
+from meshes.gear import apart_from
 
 Item = TypeVar("Item")
 MAX_TEETH = 10000
@@ -76,8 +78,8 @@ class SpallEntry(FaultEntry):
         start, end = self.start_roll_angle_deg, self.end_roll_angle_deg
         if not end > start:
             raise ValueError(
-                f"end_roll_angle_deg = {end:g}; must be above start_roll_angle_deg, "
-                f"{start:g}"
+                f"end_roll_angle_deg = {format_number(end)}; must be above "
+                f"start_roll_angle_deg, {format_number(start)}"
             )
         return self
 
@@ -255,10 +257,11 @@ def _require_width(spalls: Sequence[SpallEntry]) -> None:
         for start in (other.start_roll_angle_deg for other in others):
             missing = sum(o.width_share for o in others if o.covers(start))
             if missing > MAX_WIDTH_SHARE:
+                most = f"{MAX_WIDTH_SHARE:g}"
                 raise ValueError(
                     f"spalls entry {position}: at {start:g} deg of roll angle spalls "
-                    f"of tooth {spall.tooth} take {missing:g} of the width; at most "
-                    f"{MAX_WIDTH_SHARE:g}"
+                    f"of tooth {spall.tooth} take {apart_from(missing, most)} of the "
+                    f"width; at most {most}"
                 )
 
 

@@ -15,6 +15,7 @@ from typing import Literal, get_args
 from fegear.files.errors import InputError
 from fegear.gearset.field_checks import require_fields, require_positive, require_within
 from fegear.gearset.modifications import FlankProfile
+from lumped.common.checks import format_number
 from meshes.crack import Crack
 
 FaultKind = Literal[
@@ -60,12 +61,14 @@ class Spall:
         require_positive(self, "width_share")
         if not self.width_share <= MAX_WIDTH_SHARE:
             raise InputError(
-                f"width_share = {self.width_share:g}; at most {MAX_WIDTH_SHARE:g}"
+                f"width_share = {format_number(self.width_share)}; at most "
+                f"{MAX_WIDTH_SHARE:g}"
             )
         if not self.start_roll_length < self.end_roll_length:
             raise InputError(
-                f"end_roll_length = {self.end_roll_length:g}; must be above "
-                f"start_roll_length, {self.start_roll_length:g}"
+                f"end_roll_length = {format_number(self.end_roll_length)}; must be "
+                "above "
+                f"start_roll_length, {format_number(self.start_roll_length)}"
             )
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from fegear.files.errors import InputError
 from fegear.studies.settings import setting
+from lumped.common.checks import format_number
 from lumped.common.options import Range
 from lumped.steady.maps import Axis
 
@@ -98,7 +99,9 @@ def require_within(axis: Axis, allowed: Range, over: str) -> None:
     """Refuse an axis with a value outside a range; over : name of the setting."""
     for value in axis.values:
         if value not in allowed:
-            raise InputError(f"{over} {axis.name} = {value:.12g}; must be {allowed}")
+            raise InputError(
+                f"{over} {axis.name} = {format_number(value)}; must be {allowed}"
+            )
 
 
 def require_axes(axes: tuple[Axis, ...]) -> None:

@@ -12,6 +12,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
 from fegear.gearset.torque_limits import TORQUE, TORQUE_LIMITS
 from fegear.studies.settings import setting
+from lumped.common.checks import format_number
 from lumped.steady.maps import Axis
 
 
@@ -74,7 +75,8 @@ def _require_load(value: float, name: str, is_free: bool) -> None:
         require_torque(name, value, "the driving gear")
     elif value != 0.0 and value not in TORQUE:
         raise InputError(
-            f"{name} = {value:.12g}; must be 0, or {TORQUE_LIMITS}, on the input gear"
+            f"{name} = {format_number(value)}; must be 0, or {TORQUE_LIMITS}, on the "
+            "input gear"
         )
 
 

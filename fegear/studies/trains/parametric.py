@@ -117,6 +117,13 @@ class ParametricStudy(TrainStudy):
 class ParametricProblem(TrainProblem):
     """A train of which parameters vary."""
 
+    @property
+    def varied_models(self) -> tuple[LumpedModel, ...]:
+        axes = {axis.name: max(axis.values) for axis in self.study.axes}
+        values = {OF_TEETH[name]: axes[name] for name in OF_TEETH.keys() & axes.keys()}
+        changes: dict[str, Any] = values
+        return (replace(self.model, **changes),)
+
     @cached_property
     def reference_torque(self) -> float:
         """Torque on the input gear where no axis varies it [N m]."""

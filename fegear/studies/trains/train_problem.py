@@ -32,6 +32,7 @@ from fegear.studies.trains.model_texts import left_out_line, static_warnings
 from fegear.studies.trains.models import EXCITATION
 from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel, has_rolling_bearings, resolve_model
+from fegear.train.requirements import require_model
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
 from lumped.common.short_repr import ShortRepr
@@ -116,7 +117,15 @@ class TrainProblem(Problem):
             model = replace(model, bearings="linear")
         model_1_reason = study.reason_for_model_1
         model, reason = resolve_model(model, gears, method, model_1_reason)
-        return cls(study, gears=gears, model=model, reason=reason)
+        problem = cls(study, gears=gears, model=model, reason=reason)
+        for varied in problem.varied_models:
+            require_model(gears, varied, varied.excitations)
+        return problem
+
+    @property
+    def varied_models(self) -> tuple[LumpedModel, ...]:
+        """Models that show what any point of the study would be refused for."""
+        return (self.model,)
 
     @property
     def single_torque(self) -> float:

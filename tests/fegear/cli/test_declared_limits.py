@@ -99,7 +99,7 @@ def outside(allowed: Range, whole: bool) -> Iterator[float]:
         (allowed.most, allowed.below, 1),
     ):
         if isfinite(end):
-            step = 1.0 if whole else 1e-6 * (abs(end) or 1.0)
+            step = 1.0 if whole else 1e-9 * (abs(end) or 1.0)
             yield float(f"{end + sign * step:.12g}")
         elif isfinite(excluded):
             yield excluded

@@ -6,14 +6,22 @@ import copy
 import math
 import random
 import re
+from collections.abc import Iterator
+from itertools import product
+from typing import Any, get_args, get_origin
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import BaseModel, ValidationError, create_model
+from pydantic.fields import FieldInfo
 
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set, read_gear_set
-from meshes.gear import ceiled, floored
+from fegear.gearset.problems import first_problem, model_of
+from fegear.gearset.schema import Document
+from lumped.common.checks import format_number
+from meshes.gear import apart_from, ceiled, floored
 
 GEARS = """\
 name = "pair"
@@ -393,3 +401,68 @@ def test_a_limit_that_is_followed_is_not_refused():
 @pytest.mark.slow
 def test_limits_that_are_followed_are_not_refused():
     require_accepted(seed=2, count=200)
+
+
+def models(model: type[BaseModel], seen: set[type[BaseModel]]) -> set[type[BaseModel]]:
+    """The tables of a document, and those within them."""
+    if model not in seen:
+        seen.add(model)
+        for entry in model.model_fields.values():
+            if inner := model_of(entry.annotation):
+                models(inner, seen)
+    return seen
+
+
+def limits_in(kind: Any) -> Iterator[tuple[str, float]]:
+    """Limits of numbers, of lists not of their entries."""
+    for part in getattr(kind, "__metadata__", ()):
+        metadata = part.metadata if isinstance(part, FieldInfo) else [part]
+        for limit, side in product(metadata, SIGNS):
+            if getattr(limit, side, None) is not None:
+                yield side, getattr(limit, side)
+    if get_origin(kind) is not tuple:
+        for inner in get_args(kind):
+            yield from limits_in(inner)
+
+
+SIGNS = {"ge": -1, "le": 1}
+
+
+def limits_of_keys() -> Iterator[tuple[str, Any, float]]:
+    """Each key with a limit: its name, its type with limits, a value just beyond."""
+    for model in sorted(models(Document, set()), key=lambda table: table.__name__):
+        for name, entry in model.model_fields.items():
+            kind = entry.rebuild_annotation()
+            if "float" in str(kind):
+                for side, end in limits_in(kind):
+                    value = end + SIGNS[side] * 1e-9 * (abs(end) or 1.0)
+                    yield f"{model.__name__}.{name}", kind, value
+
+
+LIMITS_OF_KEYS = list(limits_of_keys())
+
+
+def test_there_are_keys_with_limits():
+    assert len(LIMITS_OF_KEYS) > 30
+
+
+@pytest.mark.parametrize(("name", "kind", "value"), LIMITS_OF_KEYS)
+def test_a_value_just_beyond_a_limit_is_printed_apart_from_it(name, kind, value):
+    model = create_model("Table", key=(kind, ...))
+    with pytest.raises(ValidationError) as caught:
+        model.model_validate({"key": float(value)})
+    message = first_problem(caught.value, {}, model)
+    stated, _, allowed = message.partition(";")
+    assert float(stated.removeprefix("key = ")) == value
+    end = float(allowed.split()[-1])
+    assert end != value == pytest.approx(end, rel=1e-8, abs=1e-8)
+
+
+@given(st.floats(1e-9, 1e9), st.floats(1e-12, 1.0))
+def test_a_value_beyond_a_limit_is_told_apart_from_it(limit, beyond):
+    above, below = limit * (1.0 + beyond), limit * (1.0 - beyond)
+    assert float(apart_from(above, floored(limit))) > float(floored(limit))
+    assert float(apart_from(below, ceiled(limit))) < float(ceiled(limit))
+    for value in (above, below):
+        assert float(format_number(value)) == value
+    assert apart_from(10.8, "3") == "10.8"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from math import isfinite
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -35,6 +35,8 @@ from lumped.common.options import Range
 from lumped.figures.drawing import draw_title
 from validation.study.budget import Budget, budget, budget_case, budget_values
 from validation.study.budget_figure import draw_budget
+from validation.study.cases import Case
+from validation.study.tasks import tasks_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -94,22 +96,27 @@ class Ablation(
         return chosen_torque(self.gears, self.torque)
 
     def tasks(self) -> Iterator[Task]:
-        yield Task("runs", self._compare_models)
+        case = self._case()
+        list(tasks_of(case))  # refuses a gear set that cannot be used
+        yield Task("runs", partial(self._compare_models, case))
 
-    def _compare_models(self, job: Job) -> AblationResult:
+    def _case(self) -> Case:
+        """The comparison of the models; InputError where there is none."""
         in_hertz: Any = with_frequencies(self, {"speeds": self.rpm})
         speeds, name = written_speeds(in_hertz.speeds), self.gear_set.name
         if self.gear_set.preloaded is not None:
             raise InputError(f"gear_set = {name}; must be a name or a path")
         load = self.load
         try:
-            case = budget_case(name, load, speeds, self.gear_set.edits)
+            return budget_case(name, load, speeds, self.gear_set.edits)
         except ValueError as error:
             raise InputError(f"speeds = {speeds}; {error}") from None
+
+    def _compare_models(self, case: Case, job: Job) -> AblationResult:
         with TemporaryDirectory() as temporary:
             store = Path(temporary) if self.runs is None else make_directory(self.runs)
             costs = budget(case, store, job.report)
-        return AblationResult(self, self.gears.name, load, costs)
+        return AblationResult(self, self.gears.name, self.load, costs)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,58 @@
+"""What a lumped model needs of a gear set, refused before anything is computed."""
+
+from __future__ import annotations
+
+from fegear.files.errors import InputError
+from fegear.gearset.faults.checks import require_no_faults
+from fegear.gearset.faults.tooth_faults import FAULT_KINDS
+from fegear.gearset.inertia import (
+    require_inertia_beyond_springs,
+    require_inertia_of_bodies,
+)
+from fegear.gearset.leads import require_spur
+from fegear.gearset.model import GearSet
+from fegear.statics.excitation import Excitations, ExcitationSource
+from fegear.train.model_settings import (
+    LINEAR_ONLY,
+    LumpedModel,
+    contact_source_of,
+    has_rolling_bearings,
+)
+
+BENDING_NEEDED = (
+    "bending is missing; the friction-bending ratio comes from mesh tables "
+    "by finite elements, of other excitations it must be given"
+)
+
+
+def require_model(
+    gear_set: GearSet, model: LumpedModel, source: ExcitationSource
+) -> None:
+    """Raise InputError for what settings and gear set alone decide.
+
+    model : with a number that is not auto
+    """
+    if gear_set.carrier is not None:
+        require_no_faults(gear_set, FAULT_KINDS, "motions of planetary sets")
+    if model.friction:
+        require_spur(gear_set, f"friction = {model.friction:g}")
+    if model.number == "coupled":
+        _require_coupled(gear_set, model, source)
+    if isinstance(source, Excitations):
+        for mesh in range(len(gear_set.meshes)):
+            source.require_mesh(gear_set, mesh)
+        needs_tables = model.friction and not isinstance(model.bending, float | int)
+        if needs_tables and source.settings.kind != "fe":
+            raise InputError(BENDING_NEEDED)
+
+
+def _require_coupled(
+    gear_set: GearSet, model: LumpedModel, source: ExcitationSource
+) -> None:
+    if has_rolling_bearings(model, gear_set):
+        raise InputError(f"{gear_set.name}: {LINEAR_ONLY}, use bearings = linear")
+    contact_source_of(gear_set, model, source)
+    if "body" not in model.without:
+        alternative = "the coupled model without body counts none of it"
+        require_inertia_of_bodies(gear_set, alternative)
+        require_inertia_beyond_springs(gear_set, alternative)

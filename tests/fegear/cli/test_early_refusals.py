@@ -1,0 +1,118 @@
+"""What settings and gear set alone decide is refused before anything is computed."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cli_commands import refused
+from fuzz_gear_sets import BASE
+
+HELICAL = """\
+name = "helical"
+[defaults]
+module_mm = 2.5
+helix_angle_deg = 20
+face_width_mm = 30
+[[gear]]
+name = "one"
+teeth = 15
+hub_diameter_mm = 20
+[[gear]]
+name = "two"
+teeth = 45
+hub_diameter_mm = 60
+[[mesh]]
+driver = "one"
+driven = "two"
+center_distance_mm = 80
+[load]
+gear = "one"
+torques_Nm = [100]
+"""
+CASE = """\
+name = "case"
+title = "A case"
+gear_set = "set.toml"
+torques_Nm = [100.0]
+speeds_Hz = "1000:2000:500"
+fidelity = "reduced"
+[[model]]
+number = 1
+[[metric]]
+name = "rms_distance"
+allowed = 0.5
+reason = "a test"
+"""
+PLANE = 'plane = "stress"\n' + HELICAL
+ECCENTRIC = HELICAL.replace('"one"\nteeth', '"one"\neccentricity_um = 5\nteeth')
+LIGHT = HELICAL.replace("helix_angle_deg = 20\n", "inertia_kg_m2 = 1e-6\n")
+LIGHT = LIGHT.replace("center_distance_mm = 80", "center_distance_mm = 75.2")
+WIDE = HELICAL.replace("= 30\n", "= 1200\n")
+ELEMENTS = ("sweep", "motion", "signals", "faults", "theory", "map", "branches")
+ELEMENTS += ("bifurcations",)
+SOLVED = ("stiffness", "compare", "rattle gears", "export", "modes", *ELEMENTS)
+SPUR_ONLY = ("relief", "wear", "tolerances", "dynamics", "identify", "render")
+SPUR_ONLY += ("ablation", "validate")
+COUPLED = [f"{name} --model coupled" for name in ("sweep", "motion", "signals", "map")]
+REFUSED = {
+    (HELICAL, "helical; allowed for"): SPUR_ONLY,
+    (HELICAL, "friction = 0.1; must be 0, gears"): (
+        "stability",
+        *(f"{name} --friction 0.1" for name in ("sweep", "motion", "map")),
+        "map --over friction=0,0.1",
+        "bifurcations --at 1500 --over friction=0,0.1",
+    ),
+    (PLANE, "plane = stress; must be width, it has helical gears"): SOLVED,
+    (ECCENTRIC, "faults are not known of helical gears"): ("stiffness", *ELEMENTS),
+    (ECCENTRIC, "eccentricity_um; not modelled by"): ("relief", "tolerances"),
+    (WIDE, "slices of the face width, of an overlap ratio of"): ("export", *ELEMENTS),
+    (LIGHT, "is less than the"): COUPLED,
+}
+CASES = [
+    (text, message, command)
+    for (text, message), commands in REFUSED.items()
+    for command in commands
+]
+
+
+class Computed(BaseException):
+    """Something was computed, or read where it had been."""
+
+
+@pytest.fixture(autouse=True)
+def nothing_is_computed(monkeypatch, tmp_path) -> None:
+    def fail(*_arguments: object, **_options: object) -> None:
+        raise Computed
+
+    monkeypatch.chdir(tmp_path)
+    for name in ("cached_arrays", "kept_arrays", "cached_body"):
+        monkeypatch.setattr(f"fegear.elasticity.cache.{name}", fail)
+    sector = "fegear.elasticity.sector.CyclicSector.__post_init__"
+    monkeypatch.setattr(sector, fail, raising=False)
+    monkeypatch.setattr("lumped.steady.steady_state.steady_state", fail)
+
+
+def arguments_of(command: str) -> list[str]:
+    """A short use of a command with finite elements; further ones replace its own."""
+    name = next(
+        name for name in sorted(BASE, key=len)[::-1] if command.startswith(name)
+    )
+    more = command.removeprefix(name).split()
+    words = BASE[name][0].split()
+    for option in ("--excitation", "--bending", *more[::2]):
+        if option in words:
+            at = words.index(option)
+            del words[at : at + 2]
+    if name == "bifurcations" and not more:
+        more = ["--direction", "up"]
+    words = ["set.toml" if word == "SET" else word for word in words]
+    return [*name.split(), *words, *more]
+
+
+@pytest.mark.parametrize(("text", "message", "command"), CASES)
+def test_refused_before_anything_is_computed(capsys, text, message, command):
+    Path("set.toml").write_text(text, "utf-8")
+    Path("case.toml").write_text(CASE, "utf-8")
+    error = refused(capsys, *arguments_of(command))
+    assert message in error
