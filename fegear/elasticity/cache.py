@@ -34,6 +34,7 @@ from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.elasticity.wide_flank import (
     DEGREE,
     MESH,
+    SHORT_END_LAYERS,
     WideFlank,
     WidthModes,
     wide_flank,
@@ -204,7 +205,7 @@ def cached_wide_flank(
     modes = cached_body(
         "modes_over_width",
         cyclic_sector(gear, material, MESH),
-        {"width": width, "degree": DEGREE},
+        {"width": width, "degree": DEGREE, "layers": SHORT_END_LAYERS},
         lambda: width_modes(gear, material),
         WidthModes,
     )

@@ -61,7 +61,38 @@ def layered_functions(width: float, layers: Sequence[float]) -> WidthFunctions:
     """
     z, weights = _quadrature(width)
     half = 0.5 * width
-    values, slopes = [np.ones_like(z), z / half], [0.0 * z, np.full_like(z, 1.0 / half)]
+    linear = np.stack([np.ones_like(z), z / half], 1)
+    slopes = np.stack([np.zeros_like(z), np.full_like(z, 1.0 / half)], 1)
+    of_ends, slopes_of_ends = _end_layers(z, width, layers)
+    return WidthFunctions(
+        np.hstack([linear, of_ends]), np.hstack([slopes, slopes_of_ends]), weights
+    )
+
+
+def layered_polynomials(
+    width: float, degree: int, layers: Sequence[float]
+) -> WidthFunctions:
+    """Functions for loads in `polynomials`, which come first, up to a degree.
+
+    Free ends change displacement over lengths that no polynomial of that degree has:
+    cosh(z / l) and sinh(z / l) for each layer l follow. Those of odd number are odd.
+
+    width, layers : [m]
+    """
+    z, weights = _quadrature(width)
+    values, slopes = polynomial_values(width, degree, z)
+    exchanged = np.arange(2 * len(layers)) ^ (1 - degree % 2)
+    of_ends, slopes_of_ends = _end_layers(z, width, layers)
+    return WidthFunctions(
+        np.hstack([values, of_ends[:, exchanged]]),
+        np.hstack([slopes, slopes_of_ends[:, exchanged]]),
+        weights,
+    )
+
+
+def _end_layers(z: Array, width: float, layers: Sequence[float]) -> tuple[Array, Array]:
+    """cosh(z / l) and sinh(z / l) in turn at places (n,), and slopes (n, k) [1/m]."""
+    half, values, slopes = 0.5 * width, [], []
     for layer in layers:
         # over cosh(half / layer), which may exceed all floats
         grows, falls = np.exp((z - half) / layer), np.exp(-(z + half) / layer)
@@ -69,7 +100,7 @@ def layered_functions(width: float, layers: Sequence[float]) -> WidthFunctions:
         even, odd = (grows + falls) / unit, (grows - falls) / unit
         values += [even, odd]
         slopes += [odd / layer, even / layer]
-    return WidthFunctions(np.stack(values, 1), np.stack(slopes, 1), weights)
+    return np.stack(values, 1), np.stack(slopes, 1)
 
 
 def polynomials(width: float, degree: int) -> WidthFunctions:

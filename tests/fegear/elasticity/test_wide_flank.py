@@ -31,9 +31,14 @@ from fegear.elasticity.flank import (
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import RIGHT, cyclic_sector
 from fegear.elasticity.twisted_sector import TwistedSector
-from fegear.elasticity.wide_flank import WidthModes, wide_flank, width_modes
-from fegear.elasticity.width import WideSector
-from fegear.elasticity.width_functions import polynomial_values, polynomials
+from fegear.elasticity.wide_flank import (
+    SHORT_END_LAYERS,
+    WidthModes,
+    wide_flank,
+    width_modes,
+)
+from fegear.elasticity.wide_sector import WideSector
+from fegear.elasticity.width_functions import layered_polynomials, polynomial_values
 from meshes import MeshSize, SpurGear
 from meshes.helical import HelicalGear
 from meshes.profile import roll_length_at_arc
@@ -84,7 +89,9 @@ def held_tooth(helix_angle_deg, degree=8):
     """
     sector = cyclic_sector(gear(helix_angle_deg), STEEL, SIZE)
     flank, twisted = sector.flanks[RIGHT], TwistedSector(sector)
-    wide = WideSector(twisted, polynomials(WIDTH, degree), tuple(range(degree + 1)))
+    layers = [layer * sector.gear.module for layer in SHORT_END_LAYERS]
+    functions = layered_polynomials(WIDTH, degree, layers)
+    wide = WideSector(twisted, functions, tuple(range(degree + 1)))
     in_section = sector.cyclic_constraint(1.0)[:, : len(sector.interior)]
     axial = twisted.axial_constraint(1.0)
     on_cut = np.unique(twisted.node_of[sector.cut])
