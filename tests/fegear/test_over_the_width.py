@@ -11,6 +11,7 @@ import fegear
 from fegear.commands.stiffness.path_figure import draw_path, pair_along_path
 from fegear.contact.path import roll_angles
 from fegear.files.errors import InputError
+from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.statics.excitation import Excitations
 from fegear.statics.face_problem import slices_over_width
 from fegear.statics.settings import RESOLUTIONS
@@ -63,6 +64,14 @@ def test_the_other_hand_mirrors_the_width(solved):
     assert mirrored.cycle.ste == pytest.approx(solved.cycle.ste, rel=1e-9)
     centers = mirrored.table["load_center_mm"], solved.table["load_center_mm"]
     assert centers[0] == pytest.approx(-centers[1], abs=1e-6)
+    right = [row["driver_axial_force_N"] for row in solved.key_figures]
+    left = [row["driver_axial_force_N"] for row in mirrored.key_figures]
+    assert right == pytest.approx([-force for force in left], rel=1e-9)
+    at_rest = [
+        axial_force_on_driver(fegear.make_gear_set(HELICAL), 0, torque)
+        for torque in HELICAL["load"]["torques_Nm"]
+    ]
+    assert right == pytest.approx(at_rest, rel=0.02)  # tip corners tilt normals
 
 
 @pytest.mark.slow

@@ -16,6 +16,7 @@ from fegear.commands.stiffness.figure import draw_table
 from fegear.commands.stiffness.path_figure import draw_harris, draw_path
 from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
+from fegear.gearset.helix import hand
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.mesh_result import StaticsResult, discretisation
 from fegear.statics.settings import CORNERS
@@ -59,13 +60,15 @@ FACE_COLUMNS: Columns = {
     "at\nmm": cell("largest_line_load_at_mm", 3),
     "at position\nbase pitches": cell("largest_line_load_at_position", 4),
     "on the path\nmax N/mm": cell("largest_line_load_on_path_N_per_mm", 4),
-    "axial\nforce N": cell("axial_force_N", 4),
+    "axial force\ndriver N": cell("driver_axial_force_N", 4),
+    "axial force\ndriven N": cell("driven_axial_force_N", 4),
     "load centre\nmean mm": cell("load_center_mm", 3),
     "load centre\np-p mm": cell("load_center_peak_to_peak_mm", 3),
 }
 FACE_TITLE = (
-    "Loads over the face width, places from its middle; line load of all contacts, tip "
-    "corners among them, and of those on the path"
+    "Loads over the face width, places from its middle, positive toward the far end as "
+    "axial forces are; line load of all contacts, tip corners among them, and of those "
+    "on the path"
 )
 
 DROP_COLUMNS: Columns = {
@@ -303,6 +306,7 @@ class StiffnessResult(StudyResult):
         if self.solved.problem.face is not None:
             yield "root stress is not computed where loads vary over the face width"
             yield RowTable(values["torques"], FACE_COLUMNS, FACE_TITLE, text_columns=())
+            yield from _axial_senses(self.solved)
         if values["crack_tips"]:
             yield ROOT_STRESS_NOTE
         if self.healthy is not None:
@@ -375,3 +379,21 @@ def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
         "flanks), reciprocity {reciprocity:.1e}"
     ).format_map(values)
     yield with_code("E02", balance)
+
+
+def _axial_senses(solved: StaticsResult) -> Iterator[str]:
+    """A line on where helical gears are pushed, nothing of spur gears."""
+    pair, force = solved.problem.pair, solved.key_figures[0]["driver_axial_force_N"]
+    if not pair.driver.twist or not force:
+        return
+    ends = ("far", "near") if force > 0.0 else ("near", "far")
+    senses = (
+        f"{role} ({hand(gear)}-handed) toward the {end} end"
+        for role, gear, end in zip(
+            ("driver", "driven gear"), (pair.driver, pair.driven), ends, strict=True
+        )
+    )
+    yield (
+        f"axial force on {', on '.join(senses)}; seen from the near end the driver of "
+        "the first mesh turns counter-clockwise"
+    )

@@ -57,6 +57,22 @@ def test_hands_follow_from_mates():
     assert signs == [1, -1, 1]
 
 
+def test_hands_that_follow_are_inferred():
+    gear_set = make_gear_set(tables())
+    assert [line for line in gear_set.inferences if "hand" in line] == [
+        'gear "one": hand = "right", that of the first gear where no hand is given',
+        'gear "two": hand = "left", opposite to that of its mate "one"',
+    ]
+    (line,) = [
+        line
+        for line in make_gear_set(tables(gear={"hand": "right"})).inferences
+        if "hand" in line
+    ]
+    assert line == 'gear "one": hand = "left", opposite to that of its mate "two"'
+    spur = make_gear_set(tables(helix_angle_deg=0.0))
+    assert not [line for line in spur.inferences if "hand" in line]
+
+
 def test_pairs_are_engaged_longer_by_the_overlap():
     gears = make_gear_set(tables())
     start, end = gears.engagement(0)
