@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from fegear.commands.stiffness.path_figure import draw_harris, draw_path
 from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
 from fegear.gearset.helix import hand
+from fegear.gearset.planes import plane_in_words
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.mesh_result import StaticsResult, discretisation
 from fegear.statics.settings import CORNERS
@@ -265,11 +266,28 @@ class StiffnessResult(StudyResult):
 
     @property
     def _title(self) -> str:
+        head, end = (
+            text.format_map(self.summary)
+            for text in (
+                "{gear_set}, mesh {mesh}, teeth {teeth}, contact ratio "
+                "{contact_ratio:.3f}",
+                "friction {friction_coefficient:g}, corner contact {corner_contact}, "
+                "face width {face_width_mm:g} mm",
+            )
+        )
         return (
-            "{gear_set}, mesh {mesh}, teeth {teeth}, contact ratio {contact_ratio:.3f}"
-            "\nplane {plane}, friction {friction_coefficient:g}, corner contact "
-            "{corner_contact}, face width {face_width_mm:g} mm"
-        ).format_map(self.summary)
+            f"{head}{self._helix_text}\n{plane_in_words(self.summary['plane'])}, {end}"
+        )
+
+    @property
+    def _helix_text(self) -> str:
+        """Overlap ratio and helix angle of helical gears, for titles."""
+        teeth = self.solved.problem.pair.driver
+        if not teeth.twist:
+            return ""
+        angle = math.degrees(math.atan(abs(teeth.twist) * teeth.reference_radius))
+        overlap = self.summary["torques"][0]["overlap_ratio"]
+        return f"\noverlap ratio {overlap:.3f}, helix angle {angle:.4g} deg"
 
     def _carried_over(self) -> str:
         """Which of both stiffnesses describes vibration about the load elsewhere."""
@@ -322,7 +340,7 @@ class StiffnessResult(StudyResult):
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
-        memory = f"; peak memory {peak:.0f} MB" if isfinite(peak) else ""
+        memory = f"; peak memory {peak:.0f} MB" if math.isfinite(peak) else ""
         yield f"time: {stages}{memory}"
 
 

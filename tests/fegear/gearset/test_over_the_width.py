@@ -12,6 +12,7 @@ from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
 from fegear.gearset.leads import require_uniform_loads, width_gap
 from fegear.gearset.phases import mesh_phases
+from fegear.gearset.planes import plane_in_words
 
 HELIX = 20.0
 
@@ -358,3 +359,8 @@ def test_missing_teeth_are_judged_by_the_total_contact_ratio():
         make_gear_set(low_teeth(30.0, missing_teeth=[4, 5]))
     with pytest.raises(InputError, match=r"missing_teeth: tooth 4; .*ratio of 1\.87"):
         make_gear_set(low_teeth(20.0, missing_teeth=[4]))
+
+
+def test_titles_do_not_name_a_setting():
+    assert plane_in_words("width") == "teeth of true width"
+    assert plane_in_words("strain") == "plane strain"

@@ -312,15 +312,16 @@ def _pressure_over_the_width(solved: _SolvedMesh) -> Comparison:
     modulus = hertz.effective_modulus(materials[0], materials[1], "strain")
     # the normal force and the length of a line both have the cosine
     load = solved.force / (solved.width * lines)
-    figures = solved.result.key_figures[0]
-    expected = float(hertz.peak_pressure(load, radius, modulus))
+    pressure = solved.result.key_figures[0]["pressure_at_pitch_point_plane_strain_MPa"]
     note = "load spread evenly over the width of one pair"
     if is_helical:
         note = "load spread evenly over lines of contact of their mean length"
     return Comparison(
-        *("largest pressure at the pitch point", "-", "strain"),
-        *("Hertz, plane strain", "Pa"),
-        *(1e6 * figures["pressure_at_pitch_point_plane_strain_MPa"], expected, note),
+        "largest pressure at the pitch point",
+        *("-", "strain", "Hertz, plane strain", "Pa"),
+        finite_elements=1e6 * pressure,
+        expected=float(hertz.peak_pressure(load, radius, modulus)),
+        note=note,
     )
 
 
