@@ -125,8 +125,8 @@ def _harmonic(k: int, sun: int, angles: Sequence[float]) -> dict[str, Any]:
         abs(sum(cmath.exp(1j * (k * sun + turn) * a) for a in angles)) / len(angles)
         for turn in (0, -1, 1)
     )
-    own = _force_outside_sums(np.exp(1j * k * sun * np.array(angles)), angles)
-    parts = {"rotation": torque, "translation": max(forces), "planets": own}
+    outside_sums = _force_outside_sums(np.exp(1j * k * sun * np.array(angles)), angles)
+    parts = {"rotation": torque, "translation": max(forces), "planets": outside_sums}
     driven = [name for name, size in parts.items() if size > NEGLIGIBLE_SHARE]
     return {
         "harmonic": k,
@@ -135,7 +135,7 @@ def _harmonic(k: int, sun: int, angles: Sequence[float]) -> dict[str, Any]:
         ],
         "torque_sum": torque,
         "force_sum": max(forces),
-        "own_force_outside_sums": own,
+        "own_force_outside_sums": outside_sums,
         "drives": " and ".join(sorted(driven, key=lambda name: -parts[name])),
     }
 

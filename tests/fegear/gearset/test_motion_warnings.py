@@ -26,10 +26,10 @@ def tables(helix: float) -> dict:
     }
 
 
-def warnings_of(capsys, tmp_path, gear_set: dict, *words: str) -> list[str]:
+def warnings_of(capsys, tmp_path, gear_set: dict, *arguments: str) -> list[str]:
     path = tmp_path / "moving.toml"
     path.write_text(toml_text(gear_set))
-    command, *options = words
+    command, *options = arguments
     assert run([command, str(path), *options, "--json"]) == 0
     return json.loads(capsys.readouterr().out)["warnings"]
 
@@ -44,16 +44,16 @@ COMMANDS = [
 ]
 
 
-@pytest.mark.parametrize("words", COMMANDS, ids=lambda words: words[0])
+@pytest.mark.parametrize("arguments", COMMANDS, ids=lambda arguments: arguments[0])
 def test_commands_in_motion_say_what_helical_gears_lack(
-    words, tmp_path, capsys, monkeypatch
+    arguments, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    lines = warnings_of(capsys, tmp_path, tables(20.0), *words)
+    lines = warnings_of(capsys, tmp_path, tables(20.0), *arguments)
     (line,) = [line for line in lines if line.endswith("[W59]")]
     assert line.startswith("helix angle 20 deg: motions leave out axial motion")
     assert "+7 to +29 %" in line
-    lines = warnings_of(capsys, tmp_path, tables(0.0), *words)
+    lines = warnings_of(capsys, tmp_path, tables(0.0), *arguments)
     assert not [line for line in lines if line.endswith("[W59]")]
 
 
@@ -67,8 +67,8 @@ def test_spinning_shafts_lack_axial_motion(tmp_path, capsys):
         "bearing_kx_N_per_m": [1e8, 1e8],
     }
     shafts = {"shaft": [{"gears": [name], **shaft} for name in ("one", "two")]}
-    words = "campbell", "--points", "3"
-    lines = warnings_of(capsys, tmp_path, tables(20.0) | shafts, *words)
+    arguments = "campbell", "--points", "3"
+    lines = warnings_of(capsys, tmp_path, tables(20.0) | shafts, *arguments)
     assert [line for line in lines if line.endswith("[W59]")]
 
 

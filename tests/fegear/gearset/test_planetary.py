@@ -384,9 +384,9 @@ def test_positions_proposed_for_an_even_number_are_opposed(positions):
     with pytest.raises(InputError) as refused:
         made(18, 17, **keys)
     angles = proposed(str(refused.value))
-    asked = positions or [0.0, 90.0, 180.0, -90.0]
+    wanted_angles = positions or [0.0, 90.0, 180.0, -90.0]
     pitch = 360.0 / 70.0
-    for angle, wanted in zip(angles, asked, strict=True):
+    for angle, wanted in zip(angles, wanted_angles, strict=True):
         assert abs(math.remainder(angle - wanted, 360.0)) <= pitch + 1e-6
         opposite = [math.remainder(other - angle - 180.0, 360.0) for other in angles]
         assert min(map(abs, opposite)) < 1e-6
