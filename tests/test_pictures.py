@@ -8,7 +8,9 @@ from itertools import combinations
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
 
+import fegear
 from fegear.commands.stiffness.figure import draw_table
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.statics.settings import StaticsSettings
@@ -17,6 +19,7 @@ from lumped.attractors.attractor_sweeps import AttractorBranch
 from lumped.attractors.attractors import Attractor
 from lumped.figures.attractor_plots import draw_attractors
 from lumped.figures.drawing import draw_legend, panels
+from lumped.figures.sweeps import STATE_COLORS, STATE_NAMES, TOOTH_LINES
 from validation.commands.reproduce.drawing import (
     _color,
     _label_without_direction,
@@ -159,3 +162,52 @@ def test_color_is_the_torque_and_the_mark_the_method():
     looks = [repr(_line_style(curve, labels)) for curve in curves]
     assert len(set(looks)) == 2
     assert looks[:2] * 3 == looks
+
+
+SWEEP = {
+    "model": fegear.LumpedModel(
+        number=1,
+        excitation=fegear.ExcitationSettings(kind="rectangular"),
+    ),
+    "gear_set": "liu-pair",
+}
+
+
+def legend_of(figure) -> list[str]:
+    return [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+def test_the_legend_of_a_sweep_has_what_the_figure_has():
+    """Far from resonances there is neither a jump nor lost contact nor a mode."""
+    calm = fegear.run(fegear.Sweep(**SWEEP, speeds=(300.0, 320.0, 340.0)))
+    labels = legend_of(calm.figures["plot"]())
+    assert not any("jump" in label or "lost" in label for label in labels)
+    assert not any("natural" in label for label in labels)
+    assert "speed down (dot inside: both)" in labels
+    jumping = fegear.run(fegear.Sweep(**SWEEP, speeds=tuple(range(1700, 3300, 50))))
+    labels = legend_of(jumping.figures["plot"]())
+    assert {"jump", "contact lost in part"} <= {*labels}
+    assert any("natural" in label for label in labels)
+
+
+def test_speeds_up_and_down_that_coincide_are_both_seen():
+    """A dot is in a square that is open, so that neither covers the other."""
+    calm = fegear.run(fegear.Sweep(**SWEEP, speeds=(300.0, 320.0, 340.0)))
+    up, down = calm.figures["plot"]().axes[0].lines[:2]
+    assert down.get_markerfacecolor() == "none"
+    assert down.get_markersize() > 1.5 * up.get_markersize()
+
+
+def test_colours_of_a_motion_have_one_meaning():
+    motion = fegear.run(fegear.Motion(**SWEEP, speed=2000.0))
+    figure = motion.figures["plot"]()
+    assert not {color for color, _ in TOOTH_LINES} & {*STATE_COLORS.values()}
+    force = figure.axes[1].get_legend()
+    assert [text.get_text() for text in force.get_texts()] == [
+        "tooth pairs in turn",
+        "mesh",
+    ]
+    colors = {line.get_color() for line in force.findobj(Line2D)}
+    assert {color for color, _ in TOOTH_LINES} <= colors
+    states = {int(s) for p in motion.motion.pairs for s in p.state[p.in_mesh]}
+    assert legend_of(figure) == [STATE_NAMES[s] for s in STATE_NAMES if s in states]

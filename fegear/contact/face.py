@@ -131,10 +131,10 @@ class FaceLoads(ShortRepr):
         return np.asarray(mean.max(axis=1) / mean.mean(axis=1))
 
     @property
-    def axial_force(self) -> Array:
-        """Magnitude of the axial force on either gear (t, n) [N]."""
+    def axial_force_on_driver(self) -> Array:
+        """Axial force on the driver, positive toward the far end (t, n) [N]."""
         normal = self.load.sum(axis=(2, 3)) * self.slice_length
-        return np.asarray(normal * abs(math.sin(self.base_helix_angle)))
+        return np.asarray(-normal * math.sin(self.base_helix_angle) + 0.0)
 
     @property
     def center(self) -> Array:

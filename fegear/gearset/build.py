@@ -11,7 +11,7 @@ from fegear.gearset.agreement import with_common_values
 from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.faults.building import faults_of
 from fegear.gearset.faults.checks import require_running
-from fegear.gearset.helix import hands
+from fegear.gearset.helix import hand_inferences, hands
 from fegear.gearset.leads import leads_by_key, misalignment, require_faces
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
@@ -89,6 +89,7 @@ def _build_gear_set(document: Document, folder: Path) -> GearSet:
         inferences=(
             *document.inferences,
             *_inferences(blanks, spacings, tips),
+            *hand_inferences(document),
             *carrier_inferences(document),
             *torque_inferences(document),
         ),

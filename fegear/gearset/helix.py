@@ -5,6 +5,7 @@ from __future__ import annotations
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import Document, Hand
+from meshes import SpurGear
 
 SIGNS: dict[Hand, int] = {"right": 1, "left": -1}
 
@@ -41,6 +42,39 @@ def hands(document: Document) -> list[int]:
                 f'"{other}", as its mate "{one.name}" is {hand}-handed'
             )
     return [signs[name] for name in gears]
+
+
+def hand(teeth: SpurGear) -> Hand | None:
+    """Hand of a gear's helix, None of spur gears."""
+    if not teeth.twist:
+        return None
+    return "right" if teeth.twist > 0.0 else "left"
+
+
+def hand_inferences(document: Document) -> list[str]:
+    """A sentence for each helical gear whose hand is not given."""
+    return [
+        f'gear "{gear.name}": hand = "{"right" if sign > 0 else "left"}", '
+        f"{_hand_origin(document, gear.name)}"
+        for gear, sign in zip(document.gear, hands(document), strict=True)
+        if gear.helix_angle_deg and gear.hand is None
+    ]
+
+
+def _hand_origin(document: Document, name: str) -> str:
+    """Rule by which a gear has its hand."""
+    linked = _linked(document, name)
+    gears = [gear for gear in document.gear if gear.name in linked]
+    if not any(gear.hand for gear in gears) and gears[0].name == name:
+        return "that of the first gear where no hand is given"
+    mates = {
+        mesh.driven if name == mesh.driver else mesh.driver
+        for mesh in document.mesh
+        if name in (mesh.driver, mesh.driven)
+    }
+    named = [f'"{gear.name}"' for gear in gears if gear.name in mates]
+    noun = "mate" if len(named) == 1 else "mates"
+    return f"opposite to that of its {noun} {', '.join(named)}"
 
 
 def _linked(document: Document, name: str) -> set[str]:

@@ -12,6 +12,7 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import pair_periods
+from fegear.gearset.planes import plane_in_words
 from fegear.rendering.fields import ContactField, contact_field, mesh_scene
 from fegear.rendering.frames import View
 from fegear.rendering.gear_set_scene import (
@@ -182,4 +183,4 @@ def _title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
 
 def _settings_text(gear_set: GearSet, statics: StaticsSettings) -> str:
     friction = f", friction {statics.friction:g}" if statics.friction else ""
-    return f", plane {statics.plane_of(gear_set)}{friction}"
+    return f", {plane_in_words(statics.plane_of(gear_set))}{friction}"

@@ -88,6 +88,7 @@ def _over_face(
     if face is None or loads is None:
         return {}
     on_path = np.where(loads.on_path, loads.load[t], 0.0)
+    axial_force = float(loads.axial_force_on_driver[t].mean())
     n, k, m = np.unravel_index(loads.load[t].argmax(), on_path.shape)
     return {
         "overlap_ratio": face.overlap(problem.pair.driver),
@@ -96,7 +97,9 @@ def _over_face(
         "largest_line_load_at_mm": 1e3 * float(loads.place[m]),
         "largest_line_load_at_position": float(cycle.position[n]),
         "largest_line_load_on_path_N_per_mm": 1e-3 * float(on_path.max()),
-        "axial_force_N": float(loads.axial_force[t].mean()),
+        "axial_force_N": float(abs(axial_force)),
+        "driver_axial_force_N": axial_force,
+        "driven_axial_force_N": 0.0 - axial_force,
         "load_center_mm": 1e3 * float(loads.center[t].mean()),
         "load_center_peak_to_peak_mm": 1e3 * float(np.ptp(loads.center[t])),
     }

@@ -62,7 +62,7 @@ def table_columns(
         largest = stresses.largest
         columns["driver_root_stress_Pa"], columns["driven_root_stress_Pa"] = largest
     if cycle.face is not None:
-        columns["axial_force_N"] = cycle.face.axial_force
+        columns["axial_force_N"] = np.abs(cycle.face.axial_force_on_driver)
         columns["load_center_mm"] = 1e3 * cycle.face.center
     angle, sliding = _pair_kinematics(pair, cycle)
     for number, k in enumerate(_used_pairs(cycle), start=1):

@@ -20,13 +20,17 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-# wide lines under narrow ones, so that pairs with equal forces are both visible
-TOOTH_LINES = (("tab:orange", 3.4), ("tab:green", 2.4), ("tab:blue", 1.4))
+# wide lines under narrow ones, so that pairs with equal forces are both visible;
+# in other colours than those of states
+TOOTH_LINES = (("tab:orange", 3.4), ("tab:pink", 2.4), ("tab:blue", 1.4))
 STATE_COLORS = {1: "tab:green", 0: "tab:red", -1: "tab:purple"}
 STATE_NAMES = {1: "drive side", 0: "contact lost", -1: "back side"}
 SHOWN_PERIODS = 8  # periods of a mesh in the panels over time
 SHOWN_ORDERS = 10  # orders of a mesh in its spectrum
 PHASE_PLANE_REFINEMENT = 4  # refinement of the integration steps in the phase plane
+# Dots of one direction are inside of the squares of the other where both coincide
+UP_STYLE: dict[str, Any] = {"ls": "-", "marker": "o", "ms": 2.6}
+DOWN_STYLE: dict[str, Any] = {"ls": "--", "marker": "s", "ms": 5.0, "mfc": "none"}
 # Part of the largest line below which a spectrum is not drawn
 MIN_RELATIVE_AMPLITUDE = 1e-5
 
@@ -64,16 +68,19 @@ def draw_sweep(
     figure, rows = panels(meshes, size=(9.0, 1.2 + 3.4 * meshes), share=True)
     names = list(dict.fromkeys(curve.name for curve in curves))
     others = [_opposite(curve, curves) for curve in curves]
+    marks: set[str] = set()
     for m, (axes,) in enumerate(rows):
         for curve, other in zip(curves, others, strict=True):
-            _draw_branch(axes, curve, other, m, color_of(names.index(curve.name)))
+            color = color_of(names.index(curve.name))
+            marks |= _draw_branch(axes, curve, other, m, color)
         axes.set_ylabel(f"mesh {m + 1}: RMS of dynamic\ntransmission error [um]")
         axes.set_ylim(bottom=0.0)
         axes.margins(x=0.01)
-        _mark_resonances(axes, system, m, lines_at)
+        if _mark_resonances(axes, system, m, lines_at):
+            marks.add("resonance")
     rows[-1][0].set_xlabel(_speed_label(system))
     directions: set[str] = {curve.branch.direction for curve in curves}
-    _legend_of_sweep(figure, names, directions, natural)
+    _legend_of_sweep(figure, names, directions, natural, marks)
     draw_title(figure, title)
     return figure
 
@@ -94,23 +101,24 @@ def _speed_label(system: LumpedSystem) -> str:
 
 def _draw_branch(
     axes: Axes, curve: ResponseCurve, other: Branch | None, m: int, color: str
-) -> None:
-    branch = curve.branch
+) -> set[str]:
+    """Draw a branch; return the marks that it needs in the legend."""
+    branch, marks = curve.branch, set[str]()
     if not branch.responses:
-        return
+        return marks
     frequency, up = branch.frequency_Hz, branch.direction == "up"
     rms = 1e6 * branch.column("dte_rms")[:, m]
-    style: dict[str, Any] = (
-        {"ls": "-", "marker": "o", "mfc": color}
-        if up
-        else {"ls": "--", "marker": "s", "mfc": "white"}
-    )
-    axes.plot(frequency, rms, color=color, lw=1.0, ms=3.0, mew=0.7, **style)
+    style: dict[str, Any] = UP_STYLE | {"mfc": color} if up else DOWN_STYLE
+    axes.plot(frequency, rms, color=color, lw=1.0, mew=0.7, **style)
     lost = branch.column("contact_loss")[:, m] > 0.0
     axes.fill_between(frequency, rms, where=lost, color=color, alpha=0.12, lw=0.0)
+    if lost.any():
+        marks.add("loss")
     for jump in find_jumps(branch, other):
         if jump.mesh == m + 1:
             _draw_jump(axes, jump.frequency_from, jump.frequency_to, rms, frequency)
+            marks.add("jump")
+    return marks
 
 
 def _draw_jump(
@@ -123,8 +131,12 @@ def _draw_jump(
 
 def _mark_resonances(
     axes: Axes, system: LumpedSystem, m: int, natural_Hz: Sequence[float] | Array
-) -> None:
-    """Draw thin lines at first-mesh frequencies at which a mesh excites a mode."""
+) -> bool:
+    """Draw thin lines at first-mesh frequencies at which a mesh excites a mode.
+
+    Returns whether there are any.
+    """
+    any_drawn = False
     rates = sorted({float(rate) for rate in system.train.mesh_rates}, reverse=True)
     low, high = axes.get_xlim()
     for natural in natural_Hz:
@@ -133,6 +145,7 @@ def _mark_resonances(
             if not low < frequency < high:
                 continue
             axes.axvline(frequency, color="0.4", lw=0.7, ls="-" if rate == 1.0 else ":")
+            any_drawn = True
             if m == 0:
                 name = f"{natural:.0f} Hz"
                 if rate != 1.0:
@@ -146,6 +159,7 @@ def _mark_resonances(
                     fontsize=8,
                     color="0.3",
                 )
+    return any_drawn
 
 
 def _legend_of_sweep(
@@ -153,6 +167,7 @@ def _legend_of_sweep(
     names: Sequence[str],
     directions: set[str],
     natural: str,
+    marks: set[str],
 ) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -160,18 +175,20 @@ def _legend_of_sweep(
     entries: list[Any] = [
         Line2D([], [], color=color_of(i), label=name) for i, name in enumerate(names)
     ]
-    plain: dict[str, Any] = {"color": "black", "ms": 4.0, "lw": 1.0}
-    if "up" in directions:
-        entries.append(Line2D([], [], ls="-", marker="o", label="speed up", **plain))
-    if "down" in directions:
-        down = Line2D([], [], ls="--", marker="s", mfc="white", **plain)
-        down.set_label("speed down")
-        entries.append(down)
-    entries += [
-        Patch(color="0.85", label="contact lost in part"),
-        Line2D([], [], color="black", marker=">", lw=1.3, label="jump"),
-        Line2D([], [], color="0.4", lw=0.7, label=natural),
-    ]
+    plain: dict[str, Any] = {"color": "black", "lw": 1.0, "mew": 0.7}
+    for direction, style in (("up", UP_STYLE), ("down", DOWN_STYLE)):
+        if direction in directions:
+            label = f"speed {direction}"
+            if directions == {"up", "down"} and direction == "down":
+                label += " (dot inside: both)"
+            entries.append(Line2D([], [], label=label, **plain, **style))
+    if "loss" in marks:
+        entries.append(Patch(color="0.85", label="contact lost in part"))
+    if "jump" in marks:
+        jump = Line2D([], [], color="black", marker=">", lw=1.3, label="jump")
+        entries.append(jump)
+    if "resonance" in marks:
+        entries.append(Line2D([], [], color="0.4", lw=0.7, label=natural))
     draw_legend(figure, entries, min(len(entries), 6))
 
 
@@ -186,7 +203,7 @@ def draw_time_history(motion: TimeHistory, title: str = "") -> Figure:
         _draw_phase_plane(plane, motion, m)
         _draw_spectrum(lines, motion, m)
         error.set_title(f"mesh {m + 1}", fontsize=10)
-    _legend_of_states(figure)
+    _legend_of_states(figure, motion)
     draw_title(figure, title)
     return figure
 
@@ -203,10 +220,10 @@ def _draw_over_time(
     error.plot(x, 1e6 * history.deflection[shown, m], "k", lw=1.0)
     error.set_ylabel("dynamic transmission\nerror [um]")
     _draw_teeth(force, motion, m, shown)
-    force.plot(x, 1e-3 * history.force[shown, m], "k", lw=1.0, label="mesh")
+    force.plot(x, 1e-3 * history.force[shown, m], "k", lw=1.0)
     force.set_ylabel("force [kN]")
     force.set_ylim(top=1.2 * force.get_ylim()[1])
-    force.legend(fontsize=8, ncols=2, loc="upper right")
+    _legend_of_forces(force)
     _draw_states(state, x, pairs.state[shown], pairs.in_mesh[shown])
     for axes in shown_in:
         axes.set_xlim(0.0, x[-1])
@@ -235,8 +252,24 @@ def _draw_teeth(
         )
         style = tooth % len(TOOTH_LINES)
         color, width = TOOTH_LINES[style]
-        label = "tooth pairs in turn" if tooth == cycle[0] else None
-        axes.plot(periods, tooth_force, color=color, lw=width, label=label)
+        axes.plot(periods, tooth_force, color=color, lw=width)
+
+
+def _legend_of_forces(axes: Axes) -> None:
+    """The colours that successive tooth pairs have in turn, and that of their sum."""
+    from matplotlib.legend_handler import HandlerTuple
+    from matplotlib.lines import Line2D
+
+    pairs = tuple(Line2D([], [], color=color, lw=lw) for color, lw in TOOTH_LINES)
+    axes.legend(
+        [pairs, Line2D([], [], color="black", lw=1.0)],
+        ["tooth pairs in turn", "mesh"],
+        handler_map={tuple: HandlerTuple(ndivide=None)},
+        handlelength=4.0,
+        fontsize=8,
+        ncols=2,
+        loc="upper right",
+    )
 
 
 def _mesh_frequency(motion: TimeHistory, m: int) -> float:
@@ -303,11 +336,18 @@ def _draw_spectrum(axes: Axes, motion: TimeHistory, m: int) -> None:
     axes.set_ylabel("amplitude [um]")
 
 
-def _legend_of_states(figure: Figure) -> None:
+def _legend_of_states(figure: Figure, motion: TimeHistory) -> None:
+    """The states that occur while pairs are in mesh."""
     from matplotlib.patches import Patch
 
+    states = {
+        int(value)
+        for pairs in motion.pairs
+        for value in np.unique(pairs.state[pairs.in_mesh])
+    }
     entries = [
         Patch(color=color, label=STATE_NAMES[value])
         for value, color in STATE_COLORS.items()
+        if value in states
     ]
     draw_legend(figure, entries, 3)

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import fegear
+from fegear.commands.stiffness.face_figure import draw_face
 from fegear.commands.stiffness.path_figure import draw_path, pair_along_path
 from fegear.contact.path import roll_angles
 from fegear.files.errors import InputError
+from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.leads import MAX_OVERLAP_RATIO
 from fegear.gearset.model import GearSet
 from fegear.statics.excitation import Excitations
@@ -65,6 +67,14 @@ def test_the_other_hand_mirrors_the_width(solved):
     assert mirrored.cycle.ste == pytest.approx(solved.cycle.ste, rel=1e-9)
     centers = mirrored.table["load_center_mm"], solved.table["load_center_mm"]
     assert centers[0] == pytest.approx(-centers[1], abs=1e-6)
+    right = [row["driver_axial_force_N"] for row in solved.key_figures]
+    left = [row["driver_axial_force_N"] for row in mirrored.key_figures]
+    assert right == pytest.approx([-force for force in left], rel=1e-9)
+    at_rest = [
+        axial_force_on_driver(fegear.make_gear_set(HELICAL), 0, torque)
+        for torque in HELICAL["load"]["torques_Nm"]
+    ]
+    assert right == pytest.approx(at_rest, rel=0.02)  # tip corners tilt normals
 
 
 @pytest.mark.slow
@@ -140,8 +150,21 @@ def test_the_picture_of_the_path_is_of_places_on_it(solved):
     assert 0.75 * most < along.pressure[1][on_path].max() < (1.0 + 1e-9) * most
     figure = draw_path(solved)
     labels = [axes.get_ylabel() for axes in figure.axes]
-    assert "largest load per\nlength [N/mm]" in labels
+    assert "largest load per\nlength [N/mm],\ndotted at edges" in labels
+    # each torque has a dotted curve with its ends, and a solid one without
+    loads = figure.axes[1].lines
+    whole, solid = (loads[i].get_ydata() for i in (0, 1))
+    assert np.array_equal(np.isnan(solid), np.isnan(whole) | along.is_edge[0])
     assert [text.get_text() for text in figure.axes[0].texts] == ["A", "C", "E"]
+    assert "at its ends A and E tip corners touch" in figure.get_suptitle()
+    figure = draw_face(solved)
+    for axes in figure.axes[:2]:  # slices reach to the ends of the width
+        assert axes.get_xlim() == pytest.approx((-10.0, 10.0), rel=0.2)
+    line = figure.axes[1].lines[0]
+    assert line.get_xdata()[[0, -1]] == pytest.approx([-10.0, 10.0])
+    assert line.get_ydata()[::2] == pytest.approx(
+        1e-3 * solved.cycle.face.per_width[0].mean(axis=0)
+    )
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -54,6 +55,22 @@ def test_gear_blank_factor():
         1.0 + math.log(0.2) / (5.0 * math.exp(0.2))
     )
     assert iso6336.gear_blank_factor(0.1, 0.5) == iso6336.gear_blank_factor(0.2, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("gap", "factor"), [(0.0, 1.0), (5e-6, 1.25), (20e-6, 2.0), (80e-6, 4.0)]
+)
+def test_face_load_factor_by_a_load_that_is_linear_over_the_width(gap, factor):
+    """Springs over the width, closed by a load without moment: largest over mean."""
+    specific, stiffness = 100e3, 10e9 / 0.85
+    assert iso6336.face_load_factor(gap, stiffness, specific) == pytest.approx(factor)
+    z = (np.arange(200_000) + 0.5) / 200_000
+    low, high = -1.0, 1.0
+    for _ in range(80):  # approach at which the springs carry the load
+        approach = 0.5 * (low + high)
+        load = 10e9 * np.maximum(approach - gap * z, 0.0)
+        low, high = (approach, high) if load.mean() < specific else (low, approach)
+    assert load.max() / load.mean() == pytest.approx(factor, rel=1e-4)
 
 
 def test_low_load_factor():

@@ -20,6 +20,7 @@ CORRECTION = 0.8  # C_M, measured against theoretical stiffness, clause 9.3.1
 STANDARD_DEDENDUM = 1.25  # h_fP / m of the ISO 53 profile A
 SHIFT_SUMS = -0.5, 2.0  # x1 + x2 for which the series of q' holds, clause 9.3.1
 MIN_CONTACT_RATIO = 1.2  # of c_gamma_alpha, clause 9.3.2
+MISALIGNED = 0.85  # c_gamma_beta over c_gamma_alpha, clause 9.3.3
 FULL_SPECIFIC_LOAD = 100e3  # Ft KA / b [N/m], below which c' falls, clause 9.3.1
 
 
@@ -135,6 +136,24 @@ def mesh_stiffness(single: float, contact_ratio: float) -> float:
     if not contact_ratio >= 1.0:
         raise ValueError(f"contact_ratio = {contact_ratio}; must be at least 1")
     return single * (0.75 * contact_ratio + 0.25)
+
+
+def face_load_factor(
+    misalignment: float, mean_stiffness: float, specific_load: float
+) -> float:
+    """K_Hbeta of a mesh whose axes are misaligned, clause 7, method C.
+
+    Load per width increases linearly over the width, from none at an end or inside of
+    it where the misalignment is large.
+
+    misalignment : F_beta_y, gap between the flanks over the width [m]
+    mean_stiffness : c_gamma_alpha [N/(m m)], of which c_gamma_beta is 0.85
+    specific_load : Fm / b [N/m]
+    """
+    if not specific_load > 0.0:
+        raise ValueError(f"specific_load = {specific_load}; must be positive")
+    half = 0.5 * abs(misalignment) * MISALIGNED * mean_stiffness / specific_load
+    return 1.0 + half if half < 1.0 else 2.0 * math.sqrt(half)
 
 
 def mean_mesh_stiffness(

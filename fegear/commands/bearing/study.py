@@ -14,6 +14,7 @@ from fegear.commands.bearing.figure import draw_bearing
 from fegear.commands.bearing.file import NamedBearing, bearing_of
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
+from fegear.gearset.axial_forces import axial_force_text, shaft_axial_force
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.read import load_tables
@@ -130,7 +131,7 @@ class BearingLoad(
         if self.load is None:
             shown = display_name(self, "load")
             raise InputError(f"{shown} is missing; a bearing without gears needs it")
-        return solve_bearing(self, {"bearing": name}, bearing, self.load, 0.0)
+        return solve_bearing(self, {"bearing": name}, bearing, self.load, 0.0, ())
 
     def _solve(self, job: Job) -> BearingLoadResult:
         gears, index = self.gears, self.index
@@ -142,7 +143,19 @@ class BearingLoad(
             load = math.hypot(along_x, along_y)
             direction = math.atan2(along_y, along_x)
         names_of_bearing = {"gear_set": gears.name, "gear": gears.gears[index].name}
-        return solve_bearing(self, names_of_bearing, bearing, load, direction)
+        warnings = tuple(self._thrust_warnings(gears, index))
+        return solve_bearing(self, names_of_bearing, bearing, load, direction, warnings)
+
+    def _thrust_warnings(self, gears: GearSet, index: int) -> Iterator[str]:
+        """A line where the gears of a shaft are pushed along their axis."""
+        if not any(gears.gears[gear].geometry.twist for gear in gears.axis(index)):
+            return
+        name = gears.gears[index].name
+        text = f"{name} has helical teeth, or its shaft has"
+        if self.load is None:
+            force = shaft_axial_force(gears, index, chosen_torque(gears, self.torque))
+            text = f"axial force on the shaft of {name}: {axial_force_text(force)}"
+        yield with_code("W60", f"{text}; rolling elements carry the radial load alone")
 
 
 def solve_bearing(
@@ -151,12 +164,14 @@ def solve_bearing(
     bearing: RollingBearing,
     load: float,
     direction: float,
+    warnings: tuple[str, ...],
 ) -> BearingLoadResult:
     """Load distribution with an element under the load, and figures over the load.
 
     names_of_bearing : what the bearing is of, or its name, for the summary; the last
         names it
     load : radial [N]; direction : of it, counter-clockwise from x [rad]
+    warnings : of what the load leaves out
     """
     name = [*names_of_bearing.values()][-1]
     force = load * math.cos(direction), load * math.sin(direction)
@@ -185,7 +200,7 @@ def solve_bearing(
         "ball_pass_frequency_over_shaft": ball_pass_over_shaft(bearing),
         "inner_ball_pass_frequency_over_shaft": inner_ball_pass_over_shaft(bearing),
         "element_spin_over_shaft": element_spin_over_shaft(bearing),
-        "warnings": list(_pressure_warnings(name, bearing, max(pressures))),
+        "warnings": [*warnings, *_pressure_warnings(name, bearing, max(pressures))],
     }
     return BearingLoadResult(
         study=study,

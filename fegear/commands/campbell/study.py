@@ -22,7 +22,7 @@ from fegear.commands.campbell.result import (
 from fegear.commands.campbell.rotors import rotor_system
 from fegear.files.output import TO_TABLE
 from fegear.gearset.model import GearSet
-from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
@@ -139,7 +139,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
                 for part in unstable_ranges(problem, diagram)
             ),
             discretisation_error(system, diagram),
-            tuple(gear_set_warnings(gears)),
+            tuple(motion_warnings(gears)),
         )
 
 

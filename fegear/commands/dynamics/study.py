@@ -17,7 +17,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import make_directory, write_text
 from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
-from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.speeds import cycles_per_turn
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
@@ -380,7 +380,7 @@ class DynamicsProblem(Problem):
                 cycles_per_turn=cycles_per_turn(self.gears),
                 notes=tuple(fault_notes(self.gears)),
                 warnings=(
-                    *gear_set_warnings(self.gears),
+                    *motion_warnings(self.gears),
                     *self._frame_warnings(),
                     *sweep_warnings(self.gears, (*by_elements, *model_1_branches)),
                 ),

@@ -14,7 +14,7 @@ from fegear.commands.export.result import MODELS, ModelExportResult
 from fegear.files.output import listed
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
-from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
@@ -111,7 +111,7 @@ class ModelExport(
             linear = linear_model_of_springs(modes, train.damping_ratio)
             origins = [origin for _, origin in stiffnesses]
         fmu_mesh = None if self.mesh is None else self._fmu_mesh(gears, train, torque)
-        warnings = (*gear_set_warnings(gears),)
+        warnings = (*motion_warnings(gears),)
         return ModelExportResult(
             self, gears.name, torque, train, linear, origins, fmu_mesh, warnings
         )

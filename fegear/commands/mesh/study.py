@@ -99,6 +99,6 @@ class GearMeshResult(StudyResult):
         write_whole(path, lambda file: write_mesh(self.sector, file, *arguments))
 
     def page(self) -> Page:
-        yield "{gear} of {gear_set}: {triangles} triangles, {nodes} nodes".format_map(
-            self.summary
-        )
+        section = ", transverse section" if self.study.meshed.geometry.twist else ""
+        counts = "{gear} of {gear_set}: {triangles} triangles, {nodes} nodes"
+        yield counts.format_map(self.summary) + section

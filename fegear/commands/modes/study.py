@@ -10,7 +10,7 @@ from typing import Literal
 from fegear.commands.modes.result import ModesResult
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
-from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
@@ -161,7 +161,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
             averages=averages,
             reason=reason,
             gear_warnings=(
-                *gear_set_warnings(self.gears),
+                *motion_warnings(self.gears),
                 *frame_warnings(train),
                 *(speed_warnings(at_speed) if at_speed else ()),
             ),

@@ -19,7 +19,7 @@ from fegear.files.output import write_text
 from fegear.files.toml import toml_value
 from fegear.gearset.inertia import inertia_of
 from fegear.gearset.model import Gear, GearSet
-from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.torque_limits import MIN_TORQUE
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import mesh_statics
@@ -119,7 +119,7 @@ class MachineFromGears(
         entries = solved.key_figures[0]
         row = {name: entries[name] for name in OF_MESH}
         assembly = pair.assembly(row["mean_stiffness_N_per_m"])
-        warnings = [*gear_set_warnings(pair.gear_set), *table_warnings(solved)]
+        warnings = [*motion_warnings(pair.gear_set), *table_warnings(solved)]
         return MachineOfGearsResult(
             self, assembly, pair.figures | row, list(pair.inferences), warnings
         )

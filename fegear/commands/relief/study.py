@@ -36,6 +36,7 @@ from fegear.files.output import INTO_PICTURE
 from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import ReliefShape
+from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.statics.excitation_settings import ExcitationSettings
@@ -292,7 +293,7 @@ class ReliefDesign(
             front=list(front[0]),
             tolerance=self._tolerance(problem, design, objective),
             warnings=[
-                *gear_set_warnings(after),
+                *(gear_set_warnings if vibration is None else motion_warnings)(after),
                 *table_warnings(mesh_statics(after, index, torques, settings)),
             ],
             tables=load_tables(self.gear_set.name, self.gear_set.overrides | edits),

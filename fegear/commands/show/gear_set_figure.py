@@ -16,7 +16,6 @@ from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.placing import Layout, Place, at_place, layout
 from lumped.common.units import TO_MM
-from meshes import GearPair
 from meshes.gear import SpurGear
 from meshes.profile import Points, fillet_points, flank_points, polar
 
@@ -126,7 +125,9 @@ def gear_set_figure(gear_set: GearSet) -> Figure:
         _draw_action(whole_axes, mesh, placed, number)
     _draw_detail(detail, gear_set, placed)
     _draw_legend(figure, gear_set)
-    figure.suptitle(gear_set.title, fontsize=12)
+    helical = any(mesh.is_helical for mesh in gear_set.meshes)
+    section = "\ntransverse section, in the middle of the width" if helical else ""
+    figure.suptitle(f"{gear_set.title}{section}", fontsize=12)
     return figure
 
 
@@ -330,7 +331,7 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     names = gear_set.gears[mesh.driver].name, gear_set.gears[mesh.driven].name
     axes.set_title(
         f"{names[0]} drives {names[1]}: contact ratio {pair.contact_ratio:.3f}"
-        f"{_helix_in_words(pair)},\n"
+        f"{_helix_in_words(gear_set)},\n"
         f"operating pressure angle "
         f"{math.degrees(pair.operating_pressure_angle):.2f} deg, "
         f"backlash {round(1e6 * pair.backlash)} um",
@@ -338,10 +339,15 @@ def _draw_detail(axes: Axes, gear_set: GearSet, placed: Layout) -> None:
     )
 
 
-def _helix_in_words(pair: GearPair) -> str:
-    """Return the base helix angle in words, nothing for spur gears."""
-    angle = math.degrees(abs(pair.driver.base_helix_angle))
-    return f", base helix angle {angle:.2f} deg" if angle else ""
+def _helix_in_words(gear_set: GearSet) -> str:
+    """Overlap ratio and helix angle of the first mesh, nothing for spur gears."""
+    teeth = gear_set.meshes[0].pair.driver
+    if not teeth.twist:
+        return ""
+    angle = math.degrees(math.atan(abs(teeth.twist) * teeth.reference_radius))
+    return (
+        f",\noverlap ratio {gear_set.overlap_ratio(0):.3f}, helix angle {angle:.2f} deg"
+    )
 
 
 def _draw_legend(figure: Figure, gear_set: GearSet) -> None:

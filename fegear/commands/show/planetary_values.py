@@ -10,9 +10,12 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from fegear.gearset.loss_factor import equal_share_loss_factor
 from fegear.gearset.model import GearSet, PlanetCarrier
 from fegear.gearset.planetary.members import MEMBERS
+from lumped.common.array_types import Array
 from lumped.common.checks import require_present
 
 NEGLIGIBLE_SHARE = (
@@ -103,8 +106,10 @@ def harmonic_figures(sun: int, angles: Sequence[float]) -> list[dict[str, Any]]:
 
     Forces of the planets are alike but for a phase k z_s psi of harmonic k. Their
     sum drives rotations of sun, ring and carrier; the sums with one more or one less
-    turn of psi, which rotate, drive translations; what drives neither drives planets
-    against each other alone. The sums are over the number of planets, 0 to 1.
+    turn of psi, which rotate, drive translations. What of the planets' own forces is
+    part of neither, as it cancels in all sums, drives planets against each other. Each
+    is over the number of planets, 0 to 1: sums, and the own forces by their RMS.
+    `drives` names what is not negligible, the largest first.
 
     sun : its number of teeth
     angles : positions of the planets [rad]
@@ -120,8 +125,9 @@ def _harmonic(k: int, sun: int, angles: Sequence[float]) -> dict[str, Any]:
         abs(sum(cmath.exp(1j * (k * sun + turn) * a) for a in angles)) / len(angles)
         for turn in (0, -1, 1)
     )
-    sums = {"rotation": torque, "translation": max(forces)}
-    driven = [name for name, size in sums.items() if size > NEGLIGIBLE_SHARE]
+    outside_sums = _force_outside_sums(np.exp(1j * k * sun * np.array(angles)), angles)
+    parts = {"rotation": torque, "translation": max(forces), "planets": outside_sums}
+    driven = [name for name, size in parts.items() if size > NEGLIGIBLE_SHARE]
     return {
         "harmonic": k,
         "phase_deg": [
@@ -129,5 +135,16 @@ def _harmonic(k: int, sun: int, angles: Sequence[float]) -> dict[str, Any]:
         ],
         "torque_sum": torque,
         "force_sum": max(forces),
-        "drives": " and ".join(driven) or "planets",
+        "own_force_outside_sums": outside_sums,
+        "drives": " and ".join(sorted(driven, key=lambda name: -parts[name])),
     }
+
+
+def _force_outside_sums(forces: Array, angles: Sequence[float]) -> float:
+    """RMS of what is left of the planets' forces without those that sums have.
+
+    forces : (n,) complex, of each planet
+    """
+    turns = np.exp(1j * np.outer(angles, (0, -1, 1)))
+    in_sums = turns @ np.linalg.lstsq(turns, forces)[0]
+    return float(np.sqrt((np.abs(forces - in_sums) ** 2).mean()))

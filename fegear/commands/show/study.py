@@ -14,6 +14,7 @@ from fegear.commands.show.gear_set_figure import gear_set_figure, outlines
 from fegear.files.dxf import write_dxf
 from fegear.files.keys import UNITS
 from fegear.files.output import INTO_PICTURE, PICTURES, path_of
+from fegear.gearset.axial_forces import axial_force_text
 from fegear.gearset.model import GearSet
 from fegear.studies.page import ROUND_OFF, ColumnTable, Page, pluralize
 from fegear.studies.problem import Job, Task
@@ -75,8 +76,11 @@ HEADERS = {
     "rolling_power_over_input": "Power rolling through the meshes over the input's",
     "loss_per_friction": "Power lost over the input's, per coefficient of friction",
     "phase_deg": "Phases of the planets [deg]",
-    "torque_sum": "Sum of the planets' torques, 1 if all are in phase",
-    "force_sum": "Sum of the planets' forces, largest of both senses",
+    "torque_sum": "Sum of the planets' torques, drives rotation",
+    "force_sum": "Sum of the planets' forces, drives translation",
+    "own_force_outside_sums": "Each planet's own force outside both sums, drives "
+    "planets",
+    "drives": "Drives, the largest first",
     "magnitude_um": "[um]",
     "length_pitches": "length [pitch angles]",
 }
@@ -113,6 +117,10 @@ PLACEMENT_KEYS = {
     "phase_origin",
 }
 PLACEMENT_KEYS |= {"geometric_phase_pitches"}
+AXIAL_TITLE = (
+    "Axial forces at the load cases, positive toward the far end (seen from the near "
+    "end the driver of the first mesh turns counter-clockwise):"
+)
 HIDDEN_OF_FLANKS = {"gear", "role"}
 
 
@@ -184,6 +192,9 @@ class DerivedGeometryResult(StudyResult):
             yield "Faults:"
         yield from (f"- {line}" for line in faults)
         yield from (shaft_line(**shaft) for shaft in values["shafts"])
+        if values["axial_forces"]:
+            yield AXIAL_TITLE
+        yield from map(axial_line, values["axial_forces"])
         if values["damping_ratio"] is not None:
             yield f"Damping ratio: {shown_value(values['damping_ratio'])}"
         if values["inferences"]:
@@ -255,6 +266,18 @@ def shaft_line(
         return line
     body = f"{shown_value(length_mm)} mm long, {shown_value(mass_kg)} kg"
     return f"{line}; {body}, {pluralize(bearings, 'bearing')}"
+
+
+def axial_line(row: dict[str, Any]) -> str:
+    """- pinion (right-handed) in mesh 1: signed forces with their sense in words."""
+    gears = ", ".join(
+        f"{name} ({hand}-handed)" if hand else name
+        for name, hand in zip(row["gears"], row["hands"], strict=True)
+    )
+    where = "sum of all its meshes" if len(row["gears"]) == 1 else "sum on their axis"
+    where = where if row["mesh"] is None else f"mesh {row['mesh']}"
+    forces = "; ".join(map(axial_force_text, row["axial_forces_N"]))
+    return f"- {gears}, {where}: {forces}"
 
 
 def _figures_table(

@@ -8,7 +8,8 @@ import numpy as np
 
 from fegear.contact.face import FaceLoads
 from fegear.contact.path import face_along_path
-from lumped.figures.drawing import draw_title, panels
+from lumped.common.array_types import Array
+from lumped.figures.drawing import color_of, draw_title, panels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,12 +35,11 @@ def draw_face(result: StaticsResult, title: str = "") -> Figure:
     flank, load = (row[0] for row in rows)
     path = np.linspace(start - BEYOND_PATH, end + BEYOND_PATH, PATH_POINTS)
     pressure = face_along_path(cycle, face, face.pressure[largest], path)
-    half_slice = 0.5 * (face.place[1] - face.place[0])
     half_step = 0.5 * (path[1] - path[0])
     # edges have no limit and would take all the colours
     most = np.where(face.on_path, face.pressure[largest], 0.0).max()
     drawn = flank.pcolormesh(
-        1e3 * np.append(face.place - half_slice, face.place[-1] + half_slice),
+        1e3 * _slice_ends(face),
         np.append(path - half_step, path[-1] + half_step),
         1e-6 * pressure,
         rasterized=True,
@@ -59,20 +59,30 @@ def draw_face(result: StaticsResult, title: str = "") -> Figure:
         f"{cycle.torque[largest]:g} N m; dashed: ends of the path", fontsize=9
     )
     _draw_load(load, face, result)
-    load.set_xlabel("place over the face width, from its middle to the far end [mm]")
+    load.set_xlabel(
+        "place over the face width [mm], from its middle: near end left, far end right"
+    )
     draw_title(figure, title)
     return figure
 
 
+def _slice_ends(face: FaceLoads) -> Array:
+    """Ends of the slices, from the middle of the width (m + 1,) [m]."""
+    half = 0.5 * (face.place[1] - face.place[0])
+    return np.append(face.place - half, face.place[-1] + half)
+
+
 def _draw_load(axes: Axes, face: FaceLoads, result: StaticsResult) -> None:
+    places = np.repeat(1e3 * _slice_ends(face), 2)[1:-1]
     for t, torque in enumerate(result.cycle.torque):
         per_width = 1e-3 * face.per_width[t]
-        mean = per_width.mean(axis=0)
-        (line,) = axes.plot(1e3 * face.place, mean, label=f"{torque:g} N m")
+        color, label = color_of(t), f"{torque:g} N m"
         low, high = per_width.min(axis=0), per_width.max(axis=0)
-        axes.fill_between(
-            1e3 * face.place, low, high, color=line.get_color(), alpha=0.2, linewidth=0
-        )
-    axes.set_ylabel("load per width [N/mm]\nmean and range over the cycle")
+        # slices, of which the outer ones reach to the ends of the width
+        below, above = np.repeat((low, high), 2, axis=1)
+        axes.fill_between(places, below, above, color=color, alpha=0.2, linewidth=0)
+        mean = np.repeat(per_width.mean(axis=0), 2)
+        axes.plot(places, mean, color=color, lw=1.4, label=label)
+    axes.set_ylabel("load per width of slices [N/mm]\nmean and range over the cycle")
     axes.set_ylim(bottom=0.0)
     axes.legend(fontsize=8)

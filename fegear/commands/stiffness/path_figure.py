@@ -155,7 +155,11 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
     along = pair_along_path(result)
     has_root = bool(np.isfinite([along.driver_root, along.driven_root]).any())
     is_helical = bool(np.isfinite(along.line_load).any())
-    load_label = "largest load per\nlength [N/mm]" if is_helical else "load share [%]"
+    load_label = (
+        "largest load per\nlength [N/mm],\ndotted at edges"
+        if is_helical
+        else "load share [%]"
+    )
     loads = 1e-3 * along.line_load if is_helical else 100.0 * along.share
     labels = {
         "largest contact pressure\n[MPa], dotted at edges": 1.0,
@@ -179,7 +183,10 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
         for root in roots:
             root.plot(along.angle, driver, color=color, label=f"driver, {label}")
             root.plot(along.angle, driven, "--", color=color, label=f"driven, {label}")
-        load.plot(along.angle, loads[t], color=color, label=label)
+        if is_helical:
+            load.plot(along.angle, loads[t], ":", color=color, lw=1.0)
+        on_path = np.where(edge & is_helical, np.nan, loads[t])
+        load.plot(along.angle, on_path, color=color, label=label)
     sliding.plot(along.angle, along.sliding, color="black", label="driver on driven")
     for axes, label in zip(every, labels, strict=True):
         axes.set_ylabel(label)
@@ -199,7 +206,10 @@ def _drawn_quantities(result: StaticsResult) -> Iterator[str]:
     """Lines of the title on pairs and torques that are left out."""
     count, face = result.cycle.torque.size, result.cycle.face
     if face is not None and face.base_helix_angle:
-        yield "largest over the face width at each place of the path"
+        yield (
+            "largest over the face width at each place of the path; at its ends A "
+            "and E tip corners touch"
+        )
     if result.pitches > 1:
         yield "the reference pair of the first base pitch"
     if count > MAX_CURVES:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property, partial
-from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -16,6 +16,8 @@ from fegear.commands.stiffness.figure import draw_table
 from fegear.commands.stiffness.path_figure import draw_harris, draw_path
 from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
+from fegear.gearset.helix import hand
+from fegear.gearset.planes import plane_in_words
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.mesh_result import StaticsResult, discretisation
 from fegear.statics.settings import CORNERS
@@ -59,13 +61,16 @@ FACE_COLUMNS: Columns = {
     "at\nmm": cell("largest_line_load_at_mm", 3),
     "at position\nbase pitches": cell("largest_line_load_at_position", 4),
     "on the path\nmax N/mm": cell("largest_line_load_on_path_N_per_mm", 4),
-    "axial\nforce N": cell("axial_force_N", 4),
+    "axial force\ndriver N": cell("driver_axial_force_N", 4),
+    "axial force\ndriven N": cell("driven_axial_force_N", 4),
     "load centre\nmean mm": cell("load_center_mm", 3),
     "load centre\np-p mm": cell("load_center_peak_to_peak_mm", 3),
 }
 FACE_TITLE = (
-    "Loads over the face width, places from its middle; line load of all contacts, tip "
-    "corners among them, and of those on the path"
+    "Loads over the face width, places from its middle, positive toward the far end as "
+    "axial forces are; line load of all contacts, tip corners among them, and of those "
+    "on the path; K_Hbeta: largest load per width over its mean, both of the mean over "
+    "the cycle"
 )
 
 DROP_COLUMNS: Columns = {
@@ -261,11 +266,28 @@ class StiffnessResult(StudyResult):
 
     @property
     def _title(self) -> str:
+        head, end = (
+            text.format_map(self.summary)
+            for text in (
+                "{gear_set}, mesh {mesh}, teeth {teeth}, contact ratio "
+                "{contact_ratio:.3f}",
+                "friction {friction_coefficient:g}, corner contact {corner_contact}, "
+                "face width {face_width_mm:g} mm",
+            )
+        )
         return (
-            "{gear_set}, mesh {mesh}, teeth {teeth}, contact ratio {contact_ratio:.3f}"
-            "\nplane {plane}, friction {friction_coefficient:g}, corner contact "
-            "{corner_contact}, face width {face_width_mm:g} mm"
-        ).format_map(self.summary)
+            f"{head}{self._helix_text}\n{plane_in_words(self.summary['plane'])}, {end}"
+        )
+
+    @property
+    def _helix_text(self) -> str:
+        """Overlap ratio and helix angle of helical gears, for titles."""
+        teeth = self.solved.problem.pair.driver
+        if not teeth.twist:
+            return ""
+        angle = math.degrees(math.atan(abs(teeth.twist) * teeth.reference_radius))
+        overlap = self.summary["torques"][0]["overlap_ratio"]
+        return f"\noverlap ratio {overlap:.3f}, helix angle {angle:.4g} deg"
 
     def _carried_over(self) -> str:
         """Which of both stiffnesses describes vibration about the load elsewhere."""
@@ -303,6 +325,7 @@ class StiffnessResult(StudyResult):
         if self.solved.problem.face is not None:
             yield "root stress is not computed where loads vary over the face width"
             yield RowTable(values["torques"], FACE_COLUMNS, FACE_TITLE, text_columns=())
+            yield from _axial_senses(self.solved)
         if values["crack_tips"]:
             yield ROOT_STRESS_NOTE
         if self.healthy is not None:
@@ -317,7 +340,7 @@ class StiffnessResult(StudyResult):
         yield from _evidence_lines(values["evidence"])
         stages = ", ".join(f"{name} {s:.3f} s" for name, s in values["seconds"].items())
         peak = values["peak_memory_MB"]
-        memory = f"; peak memory {peak:.0f} MB" if isfinite(peak) else ""
+        memory = f"; peak memory {peak:.0f} MB" if math.isfinite(peak) else ""
         yield f"time: {stages}{memory}"
 
 
@@ -375,3 +398,21 @@ def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
         "flanks), reciprocity {reciprocity:.1e}"
     ).format_map(values)
     yield with_code("E02", balance)
+
+
+def _axial_senses(solved: StaticsResult) -> Iterator[str]:
+    """A line on where helical gears are pushed, nothing of spur gears."""
+    pair, force = solved.problem.pair, solved.key_figures[0]["driver_axial_force_N"]
+    if not pair.driver.twist or not force:
+        return
+    ends = ("far", "near") if force > 0.0 else ("near", "far")
+    senses = (
+        f"{role} ({hand(gear)}-handed) toward the {end} end"
+        for role, gear, end in zip(
+            ("driver", "driven gear"), (pair.driver, pair.driven), ends, strict=True
+        )
+    )
+    yield (
+        f"axial force on {', on '.join(senses)}; seen from the near end the driver of "
+        "the first mesh turns counter-clockwise"
+    )

@@ -31,7 +31,10 @@ def require_assembly(
     equal = f"equally spaced, {_listed(equal_numbers(teeth, least))} fit"
     off = [n for n, step in enumerate(steps) if abs(step - round(step)) > WHOLE]
     if off:
-        fitting = [positions_deg[0] + round(step) * 360.0 / teeth for step in steps]
+        fitting = [
+            positions_deg[0] + step * 360.0 / teeth
+            for step in _opposed_steps(steps, teeth) or map(round, steps)
+        ]
         listed = ", ".join(f"{angle:.10g}" for angle in fitting)
         gap = least_gap(fitting)
         nearest = f"nearest positions_deg = [{listed}]; " if gap > least else ""
@@ -48,6 +51,29 @@ def require_assembly(
             f"{gap:.6g} deg between them; more than {ceiled(least)} deg is needed; "
             f"{equal}"
         )
+
+
+def _opposed_steps(steps: Sequence[float], teeth: int) -> list[int]:
+    """Whole numbers next to steps with planets opposite to each other in pairs.
+
+    Forces and masses of such planets are balanced. Empty where half a turn does not
+    fit, or where a planet would be more than a step from its position.
+
+    steps : angles to the first planet, of which a turn has the number of teeth
+    """
+    planets = len(steps)
+    if planets % 2 or teeth % 2:
+        return []
+    order = sorted(range(planets), key=lambda n: steps[n] % teeth)
+    order = order[order.index(0) :] + order[: order.index(0)]
+    half_turn, fitting = teeth // 2, [0] * planets
+    for one, other in zip(order, order[planets // 2 :], strict=False):
+        beyond = math.remainder(steps[other] - steps[one] - half_turn, teeth)
+        fitting[one] = round(steps[one] + 0.5 * beyond) if one else 0
+        turns = round((steps[other] - fitting[one] - half_turn) / teeth)
+        fitting[other] = fitting[one] + half_turn + turns * teeth
+    near = (abs(a - b) <= 1.0 for a, b in zip(fitting, steps, strict=True))
+    return fitting if all(near) else []
 
 
 def equal_numbers(teeth: int, least: float = 0.0) -> list[int]:

@@ -12,6 +12,7 @@ from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
 from fegear.gearset.leads import require_uniform_loads, width_gap
 from fegear.gearset.phases import mesh_phases
+from fegear.gearset.planes import plane_in_words
 
 HELIX = 20.0
 
@@ -55,6 +56,22 @@ def test_hands_follow_from_mates():
     idler["mesh"].append({"driver": "two", "driven": "three"})
     signs = [np.sign(gear.geometry.twist) for gear in make_gear_set(idler).gears]
     assert signs == [1, -1, 1]
+
+
+def test_hands_that_follow_are_inferred():
+    gear_set = make_gear_set(tables())
+    assert [line for line in gear_set.inferences if "hand" in line] == [
+        'gear "one": hand = "right", that of the first gear where no hand is given',
+        'gear "two": hand = "left", opposite to that of its mate "one"',
+    ]
+    (line,) = [
+        line
+        for line in make_gear_set(tables(gear={"hand": "right"})).inferences
+        if "hand" in line
+    ]
+    assert line == 'gear "one": hand = "left", opposite to that of its mate "two"'
+    spur = make_gear_set(tables(helix_angle_deg=0.0))
+    assert not [line for line in spur.inferences if "hand" in line]
 
 
 def test_pairs_are_engaged_longer_by_the_overlap():
@@ -342,3 +359,8 @@ def test_missing_teeth_are_judged_by_the_total_contact_ratio():
         make_gear_set(low_teeth(30.0, missing_teeth=[4, 5]))
     with pytest.raises(InputError, match=r"missing_teeth: tooth 4; .*ratio of 1\.87"):
         make_gear_set(low_teeth(20.0, missing_teeth=[4]))
+
+
+def test_titles_do_not_name_a_setting():
+    assert plane_in_words("width") == "teeth of true width"
+    assert plane_in_words("strain") == "plane strain"

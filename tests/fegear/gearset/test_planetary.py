@@ -350,6 +350,60 @@ def test_harmonics_follow_the_rule_of_equal_planets(sun, planets):
         assert row["drives"] == names.get(rest, "planets")
 
 
+def test_what_drives_planets_is_not_one_of_the_sums():
+    """Opposed planets at 0 and 18 of 70 steps: two groups, nearly in antiphase."""
+    angles = [2.0 * math.pi * step / 70 for step in (0, 18, 35, 53)]
+    row = harmonic_figures(18, angles)[3]
+    half = 0.5 * 4 * 18 * angles[1]  # phase between the groups
+    assert row["torque_sum"] == pytest.approx(abs(math.cos(half)), rel=1e-9)
+    assert row["torque_sum"] == pytest.approx(0.0448648, rel=1e-5)
+    assert row["force_sum"] == pytest.approx(0.0, abs=1e-12)
+    assert row["own_force_outside_sums"] == pytest.approx(abs(math.sin(half)), rel=1e-9)
+    assert row["drives"] == "planets and rotation"
+
+
+def proposed(text: str) -> list[float]:
+    """Positions of planets that a refusal states [deg]."""
+    match = re.search(r"nearest positions_deg = \[(.*?)\]", text)
+    return [float(part) for part in match[1].split(",")]
+
+
+@pytest.mark.parametrize(
+    "positions",
+    [
+        None,
+        [0.0, 90.0, 180.0, 270.0],
+        [30.0, 120.0, -150.0, -60.0],
+        [0.0, 181.0, 88.0, 268.0],
+        [0.0, 270.0, 180.0, 90.0],
+    ],
+)
+def test_positions_proposed_for_an_even_number_are_opposed(positions):
+    """18 + 52 teeth, which four planets at a quarter turn each do not fit."""
+    keys = {"planets": 4} | ({"positions_deg": positions} if positions else {})
+    with pytest.raises(InputError) as refused:
+        made(18, 17, **keys)
+    angles = proposed(str(refused.value))
+    wanted_angles = positions or [0.0, 90.0, 180.0, -90.0]
+    pitch = 360.0 / 70.0
+    for angle, wanted in zip(angles, wanted_angles, strict=True):
+        assert abs(math.remainder(angle - wanted, 360.0)) <= pitch + 1e-6
+        opposite = [math.remainder(other - angle - 180.0, 360.0) for other in angles]
+        assert min(map(abs, opposite)) < 1e-6
+    gear_set = made(18, 17, planets=4, positions_deg=angles)
+    unbalanced = sum(np.exp(1j * np.array(gear_set.carrier.angles)))
+    assert abs(unbalanced) < 1e-6
+
+
+def test_positions_that_are_not_asked_opposed_stay_near():
+    with pytest.raises(InputError) as refused:
+        made(18, 17, planets=4, positions_deg=[0.0, 74.0, 150.0, 222.0])
+    angles, pitch = proposed(str(refused.value)), 360.0 / 70.0
+    for angle, wanted in zip(angles, [0.0, 74.0, 150.0, 222.0], strict=True):
+        beside = abs(math.remainder(angle - wanted, 360.0))
+        assert beside <= 0.5 * pitch + 1e-6
+
+
 def random_set(seed: int) -> tuple[int, int, dict]:
     """Teeth and keys of a set: equal or random positions of 3 to 6 planets."""
     rng = np.random.default_rng(seed)

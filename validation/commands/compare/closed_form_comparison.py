@@ -34,6 +34,7 @@ class Comparison:
     """One quantity by finite elements and by an oracle, both in `unit`.
 
     plane : of the finite elements
+    finite_elements : None where they have no such quantity
     expected : None where the closed form does not apply to the teeth
     note : why it does not, or what limits or reduces it; empty where nothing does
     """
@@ -43,14 +44,14 @@ class Comparison:
     plane: Plane
     oracle: str
     unit: str
-    finite_elements: float
+    finite_elements: float | None
     expected: float | None
     note: str = ""
 
     @property
     def per_cent(self) -> float | None:
         """How far the oracle lies above the finite elements."""
-        if self.expected is None:
+        if self.expected is None or self.finite_elements is None:
             return None
         return 100.0 * (self.expected / self.finite_elements - 1.0)
 
@@ -63,6 +64,7 @@ class _SolvedMesh:
     gears: tuple[Gear, Gear]  # driver and driven
     plane: Plane
     misalignment: float  # m, at the far end of the width
+    slope: float  # m, of misalignment and of leads, over the common width
 
     @property
     def pair(self) -> GearPair:
@@ -96,9 +98,12 @@ def compare_mesh(
         gears=(gear_set.gears[spec.driver], gear_set.gears[spec.driven]),
         plane=plane,
         misalignment=spec.misalignment,
+        slope=_slope_over_width(teeth, mesh),
     )
     if spec.varies_over_width:
         rows = tuple(_local_slopes(solved))
+        if not any(gear.geometry.sign < 0 for gear in solved.gears):
+            rows = (*rows, *_over_the_width(solved))
         unknown = tuple(_unknown_to_closed_forms(solved))
         return MeshComparison(rows, (*unknown, *table_warnings(solved.result)))
     other: Plane = "strain" if plane == "stress" else "stress"
@@ -119,8 +124,8 @@ def _unknown_to_closed_forms(solved: _SolvedMesh) -> Iterator[str]:
     if solved.misalignment:
         yield with_code(
             "W25",
-            f"misalignment of {1e6 * solved.misalignment:.4g} um, which the closed "
-            "forms leave out",
+            f"misalignment of {1e6 * solved.misalignment:.4g} um, which of the "
+            "closed forms K_Hbeta alone has",
         )
     for gear, flank in zip(solved.gears, problem.flanks, strict=True):
         if flank.lead:
@@ -241,7 +246,94 @@ def _local_slopes(solved: _SolvedMesh) -> Iterator[Comparison]:
             (f"ISO 6336 c_gamma{suffix}", iso),
             (f"ISO 6336{suffix} in series with both ring twists", series),
         ):
-            yield _local_slope(solved, oracle, local, expected, note)
+            reasons = (note, _bore_note(solved)) if expected == iso else (note,)
+            text = "; ".join(filter(None, reasons))
+            yield _local_slope(solved, oracle, local, expected, text)
+
+
+def _slope_over_width(gear_set: GearSet, mesh: int) -> float:
+    """Gap over the common width by misalignment and slopes of leads [m]."""
+    spec, width = gear_set.meshes[mesh], gear_set.common_width(mesh)
+    slopes = (
+        flank.lead.slope * width / gear_set.gears[gear].face_width
+        for gear, flank in zip(spec.gears, spec.flanks, strict=True)
+        if flank.lead is not None
+    )
+    return spec.misalignment + sum(slopes)
+
+
+def _over_the_width(solved: _SolvedMesh) -> Iterator[Comparison]:
+    """What varies over the width: K_Hbeta, c' of one pair, pressure."""
+    figures, plane = solved.result.key_figures[0], solved.plane
+    specific = _specific_load(solved)
+    reduction = iso6336.low_load_factor(specific)
+    per_width = reduction * _iso_mesh_stiffness(solved) / solved.width
+    factor = iso6336.face_load_factor(solved.slope, per_width, specific)
+    yield Comparison(
+        *("load distribution factor K_Hbeta", "-", plane, "ISO 6336 K_Hbeta", "-"),
+        *(figures["load_distribution_factor"], factor, _factor_note(solved)),
+    )
+    yield Comparison(
+        *("stiffness of one pair over the width", "-", plane, "ISO 6336 c'"),
+        *("N/m", None, reduction * _iso_single_stiffness(solved)),
+        "no value by finite elements: no single pair is in contact along one line "
+        "over all of its width, with equal loads",
+    )
+    yield _pressure_over_the_width(solved)
+
+
+def _factor_note(solved: _SolvedMesh) -> str:
+    """Say what the standard's factor is made of."""
+    if not solved.slope:
+        return "no misalignment: load is uniform by the standard"
+    text = (
+        f"by a gap of {1e6 * abs(solved.slope):.4g} um over the width and "
+        f"c_gamma_beta = {iso6336.MISALIGNED:g} c_gamma_alpha, without running-in"
+    )
+    if any(flank.lead for flank in solved.result.problem.flanks):
+        text += "; crowning and end relief are left out"
+    return text
+
+
+def _pressure_over_the_width(solved: _SolvedMesh) -> Comparison:
+    """Hertz at the pitch point under the load spread evenly over the lines of contact.
+
+    Helical pairs have lines of a mean length of b eps_alpha / cos(beta_b) in total.
+    """
+    pair = solved.pair
+    cosine = math.cos(pair.driver.base_helix_angle)
+    is_helical = pair.driver.twist != 0.0
+    lines = pair.contact_ratio if is_helical else 1.0
+    s1 = pair.pitch_point
+    radius = hertz.effective_radius(s1, pair.line_of_action - s1) / cosine
+    materials = [
+        hertz.Material(gear.young_modulus, gear.poisson_ratio) for gear in solved.gears
+    ]
+    modulus = hertz.effective_modulus(materials[0], materials[1], "strain")
+    # the normal force and the length of a line both have the cosine
+    load = solved.force / (solved.width * lines)
+    pressure = solved.result.key_figures[0]["pressure_at_pitch_point_plane_strain_MPa"]
+    note = "load spread evenly over the width of one pair"
+    if is_helical:
+        note = "load spread evenly over lines of contact of their mean length"
+    return Comparison(
+        "largest pressure at the pitch point",
+        *("-", "strain", "Hertz, plane strain", "Pa"),
+        finite_elements=1e6 * pressure,
+        expected=float(hertz.peak_pressure(load, radius, modulus)),
+        note=note,
+    )
+
+
+def _bore_note(solved: _SolvedMesh) -> str:
+    """Bores as a reason for differences to a formula of teeth alone."""
+    one, two = (
+        gear.geometry.hub_radius / gear.geometry.root_radius for gear in solved.gears
+    )
+    return (
+        f"teeth without the bodies on bores of {one:.2g} and {two:.2g} root radii, "
+        "which make finite elements softer, or stiffer where they are near the teeth"
+    )
 
 
 def _local_slope(
@@ -276,8 +368,18 @@ def _normal_shift(gear: SpurGear) -> float:
     return gear.profile_shift / math.cos(_helix_angle(gear))
 
 
-def _iso_mesh_stiffness(solved: _SolvedMesh) -> float:
-    """Method B for solid discs: c_gamma b [N/m] at full load and of the materials."""
+def _iso_single_stiffness(solved: _SolvedMesh) -> float:
+    """Method B for solid discs: c' b [N/m], that of a mesh at a contact ratio of 1."""
+    return _iso_mesh_stiffness(solved, contact_ratio=1.0)
+
+
+def _iso_mesh_stiffness(
+    solved: _SolvedMesh, contact_ratio: float | None = None
+) -> float:
+    """Method B for solid discs: c_gamma b [N/m] at full load and of the materials.
+
+    contact_ratio : None for that of the pair
+    """
     gears = _pinion_and_wheel(solved)
     pinion, wheel = (gear.geometry for gear in gears)
     # two basic racks count with the mean of their factors, clause 9.3.1
@@ -290,7 +392,7 @@ def _iso_mesh_stiffness(solved: _SolvedMesh) -> float:
     ]
     stiffness = iso6336.mean_mesh_stiffness(
         (pinion.teeth, wheel.teeth),
-        solved.pair.contact_ratio,
+        solved.pair.contact_ratio if contact_ratio is None else contact_ratio,
         solved.width,
         (_normal_shift(pinion), _normal_shift(wheel)),
         (iso6336.CORRECTION, 1.0, sum(rack_factors) / 2.0),

@@ -44,7 +44,7 @@ COLUMNS: Columns = {
         + ("" if row["unit"] == "-" else f" [{row['unit']}]")
     ),
     "closed form": lambda row: ": ".join(filter(None, (row["oracle"], row["note"]))),
-    "finite\nelements": lambda row: f"{row['finite_elements']:.4g}",
+    "finite\nelements": lambda row: _number(row["finite_elements"], ".4g"),
     "closed\nform": lambda row: _number(row["expected"], ".4g"),
     "closed form\n- FE [%]": lambda row: _number(row["per_cent"], "+.1f"),
 }

@@ -11,7 +11,11 @@ import pytest
 from drawn_figures import axis_labels, saved_figures
 
 import fegear
-from fegear.commands.show.gear_set_figure import gear_outline, line_of_action
+from fegear.commands.show.gear_set_figure import (
+    gear_outline,
+    gear_set_figure,
+    line_of_action,
+)
 from fegear.gearset import GearSet, builtin_names, load_gear_set, read_gear_set
 from fegear.gearset.placing import layout
 
@@ -156,3 +160,23 @@ def test_names_are_no_formulas(tmp_path):
         path
     )  # matplotlib would refuse the formula
     assert path.read_text("utf-8").count(r"$\nonsense{$") >= 3
+
+
+@pytest.mark.parametrize("helix", [0.0, 20.0])
+def test_sections_of_helical_gears_are_named(helix):
+    tables = {
+        "name": "pair",
+        "defaults": {
+            "module_mm": 3.0,
+            "helix_angle_deg": helix,
+            "hub_radius_mm": 15.0,
+            "face_width_mm": 30.0,
+        },
+        "gear": [{"name": "one", "teeth": 25}, {"name": "two", "teeth": 40}],
+        "mesh": [{"driver": "one", "driven": "two"}],
+    }
+    figure = gear_set_figure(fegear.make_gear_set(tables))
+    texts = [figure.get_suptitle(), *(axes.get_title() for axes in figure.axes)]
+    named = any("transverse section" in text for text in texts)
+    angle = any("overlap ratio 1.089, helix angle 20.00 deg" in text for text in texts)
+    assert (named, angle) == (helix > 0.0,) * 2
