@@ -116,3 +116,10 @@ def test_refused_before_anything_is_computed(capsys, text, message, command):
     Path("case.toml").write_text(CASE, "utf-8")
     error = refused(capsys, *arguments_of(command))
     assert message in error
+
+
+@pytest.mark.parametrize("command", ["stiffness", "export", "rattle gears"])
+def test_a_mesh_in_a_refusal_is_no_option(capsys, command):
+    Path("set.toml").write_text(PLANE, "utf-8")
+    error = refused(capsys, *arguments_of(command))
+    assert error.startswith('fegear: mesh "one"-"two": plane = stress; must be width')
