@@ -99,15 +99,15 @@ def arguments_of(command: str) -> list[str]:
         name for name in sorted(BASE, key=len)[::-1] if command.startswith(name)
     )
     more = command.removeprefix(name).split()
-    words = BASE[name][0].split()
+    arguments = BASE[name][0].split()
     for option in ("--excitation", "--bending", *more[::2]):
-        if option in words:
-            at = words.index(option)
-            del words[at : at + 2]
+        if option in arguments:
+            at = arguments.index(option)
+            del arguments[at : at + 2]
     if name == "bifurcations" and not more:
         more = ["--direction", "up"]
-    words = ["set.toml" if word == "SET" else word for word in words]
-    return [*name.split(), *words, *more]
+    arguments = ["set.toml" if word == "SET" else word for word in arguments]
+    return [*name.split(), *arguments, *more]
 
 
 @pytest.mark.parametrize(("text", "message", "command"), CASES)

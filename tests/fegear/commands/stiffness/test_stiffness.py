@@ -199,8 +199,8 @@ def fail_above(monkeypatch, limit):
 def test_torques_that_are_solved_outlive_one_that_is_not(monkeypatch, tmp_path, capsys):
     fail_above(monkeypatch, 150.0)
     monkeypatch.chdir(tmp_path)
-    words = "stiffness liu-pair --torque 50,200,100 --positions 4 --resolution coarse"
-    assert command([*words.split(), "-o", "t.csv", "--json"]) == 1
+    typed = "stiffness liu-pair --torque 50,200,100 --positions 4 --resolution coarse"
+    assert command([*typed.split(), "-o", "t.csv", "--json"]) == 1
     printed, error = capsys.readouterr()
     values = json.loads(printed)
     assert [row["torque_Nm"] for row in values["torques"]] == [50.0, 100.0]
@@ -214,7 +214,7 @@ def test_torques_that_are_solved_outlive_one_that_is_not(monkeypatch, tmp_path, 
 def test_no_torque_that_is_solved_is_a_failure(monkeypatch, tmp_path, capsys):
     fail_above(monkeypatch, 10.0)
     monkeypatch.chdir(tmp_path)
-    words = "stiffness liu-pair --torque 50,100 --positions 4 --resolution coarse"
-    assert command([*words.split(), "-o", "t.csv"]) == 1
+    typed = "stiffness liu-pair --torque 50,100 --positions 4 --resolution coarse"
+    assert command([*typed.split(), "-o", "t.csv"]) == 1
     assert "not solved at torque" in capsys.readouterr().err
     assert not (tmp_path / "t.csv").exists()
