@@ -6,6 +6,7 @@ all of its settings. `Range` in an annotation is checked before the command runs
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import MISSING
@@ -29,6 +30,8 @@ from fegear.studies.settings import (
 )
 from lumped.common.checks import format_number
 from lumped.common.options import Range
+
+NAMED_PART = re.compile(r'"|\d+(:| has )')  # a mesh or gear after its kind
 
 
 def setting_parameters(group: SettingsGroup, value: Any = None) -> Iterator[Parameter]:
@@ -148,6 +151,8 @@ def named_as_options(group: SettingsGroup, every: bool = False) -> Iterator[None
         yield
     except ValueError as error:
         name, _, rest = str(error).partition(" ")
+        if NAMED_PART.match(rest):  # a mesh or gear of the set, and no setting
+            name = ""
         if name not in names and every:
             raise InputError(str(error)) from None
         if name not in names:

@@ -7,6 +7,8 @@ import warnings
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 
+from fegear.files.printable import printable
+
 MAX_WORD_LENGTH, MAX_MESSAGE_LENGTH = 500, 4000  # letters
 
 
@@ -19,11 +21,12 @@ class InputError(ValueError):
     Parameters
     ----------
     message : str
-        Message, of which line ends become spaces and very long parts are shortened.
+        Message, of which line ends become spaces, very long parts are shortened and
+        control characters are spelled out.
     """
 
     def __init__(self, message: str) -> None:
-        super().__init__(one_line(message))
+        super().__init__(printable(one_line(message)))
 
 
 class NoResultError(InputError):

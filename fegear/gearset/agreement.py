@@ -47,11 +47,11 @@ def with_common_values(document: Document) -> Document:
 
 def _from_mate_to_gear(document: Document) -> Iterator[tuple[str, str]]:
     """Each gear once with the mate through which meshes reach it, in order."""
-    known = set(document.gear_names)
+    names = set(document.gear_names)
     pairs = [
         pair
         for mesh in document.mesh
-        if {mesh.driver, mesh.driven} <= known  # others are refused with their names
+        if {mesh.driver, mesh.driven} <= names  # others are refused with their names
         for pair in ((mesh.driver, mesh.driven), (mesh.driven, mesh.driver))
     ]
     reached = set[str]()

@@ -39,7 +39,7 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
     meshes of single planets. Raises InputError for a name that leads nowhere.
     """
     edited_tables: dict[str, Any] = {
-        key: _python_value(value) for key, value in tables.items()
+        key: _python_value(value, key) for key, value in tables.items()
     }
     names = sorted(edits, key=_is_single_value)
     if "planetary" in edited_tables:
@@ -66,7 +66,7 @@ def with_values(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str
 def _set_all(tables: dict[str, Any], edits: Mapping[str, Any]) -> None:
     """Set values in order, then complete reliefs and take away what has no size."""
     for name, value in edits.items():
-        _set_value(tables, name, _python_value(value))
+        _set_value(tables, name, _python_value(value, name))
     for mesh in _tables_of(tables, "mesh"):
         _complete_reliefs(mesh)
     for gear in _tables_of(tables, "gear"):
@@ -89,13 +89,22 @@ def _is_single_value(name: str) -> bool:
     return not name.endswith(".material")
 
 
-def _python_value(value: Any) -> Any:
-    """A copy with numbers of NumPy as those of Python."""
+def _python_value(value: Any, name: str) -> Any:
+    """A copy with numbers of NumPy as those of Python; InputError for a masked one."""
     if isinstance(value, Mapping):
-        return {key: _python_value(entry) for key, entry in value.items()}
+        return {
+            key: _python_value(entry, f"{name}.{key}") for key, entry in value.items()
+        }
     if isinstance(value, list | tuple):
-        return [_python_value(entry) for entry in value]
-    return value.item() if getattr(value, "ndim", None) == 0 else deepcopy(value)
+        return [
+            _python_value(entry, f"{name} entry {number}")
+            for number, entry in enumerate(value, 1)
+        ]
+    if getattr(value, "ndim", None) != 0:
+        return deepcopy(value)
+    if getattr(value, "mask", False):  # its item would be 0
+        raise InputError(f"{name} = masked; must be a number")
+    return value.item()
 
 
 def parsed_value(text: str) -> Any:

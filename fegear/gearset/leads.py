@@ -145,7 +145,8 @@ def require_faces(gear_set: GearSet) -> None:
                 )
             for key in ("crowning", "slope", "end_relief"):
                 depth = getattr(lead, key)
-                _require_shallow(f"{where}: {role}_lead.{key}_um", depth, gear)
+                name = f"{where}: {role}_lead.{key}_um"
+                _require_shallow(name, depth, gear, signed=key != "end_relief")
 
 
 def _require_engaged(gear_set: GearSet, mesh: int, where: str) -> None:
@@ -180,12 +181,15 @@ def _apart_from(value: float, limit: float) -> str:
     return apart_from(value, floored(limit), f"-{floored(limit)}")
 
 
-def _require_shallow(name: str, depth: float, gear: Gear) -> None:
-    """Refuse a depth [m] of more than half the module, that of the file."""
+def _require_shallow(name: str, depth: float, gear: Gear, signed: bool = True) -> None:
+    """Refuse a depth [m] of more than half the module, that of the file.
+
+    signed : whether the key takes negative depths
+    """
     limit = 0.5 * gear.geometry.normal_module
     if abs(depth) > limit:
+        most = floored(limit / UM)
         raise InputError(
             f"{name} = {_apart_from(depth / UM, limit / UM)}; must be from "
-            f"-{floored(limit / UM)} to "
-            f"{floored(limit / UM)}, half the module"
+            f"{f'-{most}' if signed else 0} to {most}, half the module"
         )

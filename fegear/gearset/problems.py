@@ -57,8 +57,22 @@ SYMBOLS = {  # of formulas, and the keys that have their values
     "T": "torques_Nm",
 }
 TABLES_IN_LISTS = ("gear", "mesh", "shaft", "planetary")
-OTHER_GEARS = re.compile(r"helix|helical|spiral|internal|bevel|worm|overlap", re.I)
-EXTERNAL_SPUR = "external spur gears only"
+OTHER_GEARS = re.compile(r"spiral|bevel|worm|crossed", re.I)
+PARALLEL_AXES = "spur and helical gears on parallel axes only"
+MEANT_KEYS = {  # by what is in words for them
+    r"helix|helical|^beta$": "helix_angle_deg",
+    r"^hand": "hand",
+    r"internal|ring_gear": "internal",
+}
+IN_OTHER_KEYS = {  # words for what keys have in another section, or what follows
+    r"transverse_?module|module_?transverse|^m_?t(_mm)?$": (
+        "module_mm is the normal module, m_n = m_t cos(beta)"
+    ),
+    r"transverse_?pressure|pressure_?angle_?t|^alpha_?t(_deg)?$": (
+        "pressure_angle_deg is the normal one, tan(alpha_n) = tan(alpha_t) cos(beta)"
+    ),
+    r"overlap": "the overlap ratio follows from helix_angle_deg and face_width_mm",
+}
 
 
 def nearest_key(word: str, keys: Iterable[str]) -> str:
@@ -99,10 +113,8 @@ def first_problem(
 def _statement(item: ErrorDetails, key: str, document: type[BaseModel]) -> str:
     kind, value = item["type"], item["input"]
     if kind == "extra_forbidden":
-        if OTHER_GEARS.search(str(item["loc"][-1])):
-            return f"{key}: {EXTERNAL_SPUR}"
-        hint = nearest_key(str(item["loc"][-1]), known_keys(item["loc"][:-1], document))
-        return f"unknown key {key}{hint}"
+        word, keys = str(item["loc"][-1]), known_keys(item["loc"][:-1], document)
+        return f"unknown key {key}{_hint(word, keys)}"
     if kind == "missing":
         return f"{_bracketed(key)} is missing"
     if kind == "value_error":
@@ -113,13 +125,29 @@ def _statement(item: ErrorDetails, key: str, document: type[BaseModel]) -> str:
     if key in TABLES_IN_LISTS and isinstance(value, dict):
         return f"[{key}] must be written [[{key}]], one table for each {key}"
     phrase = PHRASES.get(kind, item["msg"]).format(**item.get("ctx", {}))
-    if key == "teeth" and isinstance(value, int) and value < 0:
-        phrase += f"; {EXTERNAL_SPUR}, negative teeth would be an internal gear"
+    if isinstance(value, int | float) and value < 0:
+        if key == "teeth":
+            phrase += f"; an internal gear has teeth = {-value} and internal = true"
+        if key == "helix_angle_deg":
+            phrase += '; which way the teeth turn is said by hand = "left" or "right"'
     if kind == "too_short":
         return f"{key} {phrase}"
     if kind in LIMITED and isinstance(value, float):
         return f"{key} = {format_number(value)}; {phrase}" if key else phrase
     return f"{key} = {shown(value)}; {phrase}" if key else phrase
+
+
+def _hint(word: str, keys: Sequence[str]) -> str:
+    """What to write instead of a word that is no key."""
+    for pattern, text in IN_OTHER_KEYS.items():
+        if "module_mm" in keys and re.search(pattern, word, re.I):
+            return f"; {text}"
+    for pattern, meant in MEANT_KEYS.items():
+        if meant in keys and re.search(pattern, word, re.I):
+            return f", did you mean {meant}?"
+    if OTHER_GEARS.search(word):
+        return f"; {PARALLEL_AXES}"
+    return nearest_key(word, keys)
 
 
 def _bracketed(key: str) -> str:

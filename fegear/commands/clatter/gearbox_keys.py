@@ -165,10 +165,10 @@ class WheelKeys(Keys):
         waves = self.present("tooth_play_order", "tooth_play_phase_deg")
         if waves and not self.tooth_play_amplitude_mm:
             raise ValueError(f"{waves[0]} needs tooth_play_amplitude_mm, other than 0")
-        if abs(self.tooth_play_amplitude_mm or 0.0) >= self.tooth_play_mm:
+        amplitude = self.tooth_play_amplitude_mm or 0.0
+        if abs(amplitude) >= self.tooth_play_mm:
             raise ValueError(
-                "tooth_play_amplitude_mm = "
-                f"{format_number(self.tooth_play_amplitude_mm)}; its size "
+                f"tooth_play_amplitude_mm = {format_number(amplitude)}; its size "
                 f"must be below tooth_play_mm = {format_number(self.tooth_play_mm)}"
             )
 

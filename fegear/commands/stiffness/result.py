@@ -120,6 +120,7 @@ class StiffnessResult(StudyResult):
     """A mesh table with what its gears are warned of.
 
     healthy : the table of the same gears without faults, None where they have none
+    unsolved : torques [N m] that are left out, each with the reason
     """
 
     study: Any
@@ -128,6 +129,25 @@ class StiffnessResult(StudyResult):
     gear_warnings: tuple[str, ...] = ()
     healthy: MeshTable | None = None
     crack_tips: tuple[CrackIntensities, ...] = ()
+    unsolved: tuple[tuple[float, str], ...] = ()
+
+    @property
+    def complete(self) -> bool:
+        return not self.unsolved
+
+    @property
+    def failure(self) -> str:
+        """Torques that were not solved."""
+        listed = ", ".join(f"{torque:.12g}" for torque, _ in self.unsolved)
+        return f"torque = {listed} N m; not solved" if listed else ""
+
+    @property
+    def _warnings(self) -> Iterator[str]:
+        yield from self.gear_warnings
+        for torque, reason in self.unsolved:
+            place = f"mesh {self.solved.mesh} at {torque:.12g} N m"
+            yield with_code("W66", f"{place} is left out: {reason}")
+        yield from table_warnings(self.solved)
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -153,7 +173,7 @@ class StiffnessResult(StudyResult):
             ],
             "crack_tips": list(self._largest_at_tips()),
             "evidence": solved.evidence,
-            "warnings": [*self.gear_warnings, *table_warnings(solved)],
+            "warnings": [*self._warnings],
             "seconds": {name: round(s, 4) for name, s in solved.seconds.items()},
             "peak_memory_MB": round(peak_memory_MB(), 1),
         }

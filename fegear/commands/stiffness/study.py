@@ -10,11 +10,13 @@ from typing import Any
 from fegear.boundary import mesh_index
 from fegear.commands.stiffness.crack_tips import crack_tips
 from fegear.commands.stiffness.result import StiffnessResult
+from fegear.contact.problem import ContactFailure
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
 from fegear.gearset.faults.checks import without_faults
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import mesh_statics
 from fegear.studies.problem import Job, Task
@@ -119,11 +121,36 @@ class MeshStiffness(
     def _solve_stiffness(
         self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
     ) -> StiffnessResult:
-        solved = mesh_statics(gears, index, torques, self.elements, job.report)
+        solved, unsolved = self._solve_torques(gears, index, torques, job)
+        torques = tuple(torque for torque in torques if torque not in unsolved)
         healthy = None
         if any(gears.gears[gear].faults.any for gear in gears.meshes[index].gears):
             alone = replace(self.elements, estimate_error=False, root_stress=False)
             healthy = mesh_statics(without_faults(gears), index, torques, alone).table
         warnings = tuple(gear_set_warnings(gears))
         tips = crack_tips(gears, solved, self.elements)
-        return StiffnessResult(self, gears.name, solved, warnings, healthy, tips)
+        return StiffnessResult(
+            self, gears.name, solved, warnings, healthy, tips, tuple(unsolved.items())
+        )
+
+    def _solve_torques(
+        self, gears: GearSet, index: int, torques: tuple[float, ...], job: Job
+    ) -> tuple[StaticsResult, dict[float, str]]:
+        """The table of the torques [N m] that are solved, and why others are not."""
+        solve = partial(mesh_statics, gears, index, settings=self.elements)
+        try:
+            return solve(torques, progress=job.report), {}
+        except ContactFailure:
+            if len(torques) == 1:
+                raise
+        unsolved = dict[float, str]()
+        for torque in torques:
+            try:
+                solve((torque,), progress=job.report)
+            except ContactFailure as error:
+                unsolved[torque] = str(error)
+                failure = error
+        left = tuple(torque for torque in torques if torque not in unsolved)
+        if not left:
+            raise failure
+        return solve(left, progress=job.report), unsolved

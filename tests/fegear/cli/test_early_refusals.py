@@ -99,15 +99,15 @@ def arguments_of(command: str) -> list[str]:
         name for name in sorted(BASE, key=len)[::-1] if command.startswith(name)
     )
     more = command.removeprefix(name).split()
-    words = BASE[name][0].split()
+    arguments = BASE[name][0].split()
     for option in ("--excitation", "--bending", *more[::2]):
-        if option in words:
-            at = words.index(option)
-            del words[at : at + 2]
+        if option in arguments:
+            at = arguments.index(option)
+            del arguments[at : at + 2]
     if name == "bifurcations" and not more:
         more = ["--direction", "up"]
-    words = ["set.toml" if word == "SET" else word for word in words]
-    return [*name.split(), *words, *more]
+    arguments = ["set.toml" if word == "SET" else word for word in arguments]
+    return [*name.split(), *arguments, *more]
 
 
 @pytest.mark.parametrize(("text", "message", "command"), CASES)
@@ -116,3 +116,10 @@ def test_refused_before_anything_is_computed(capsys, text, message, command):
     Path("case.toml").write_text(CASE, "utf-8")
     error = refused(capsys, *arguments_of(command))
     assert message in error
+
+
+@pytest.mark.parametrize("command", ["stiffness", "export", "rattle gears"])
+def test_a_mesh_in_a_refusal_is_no_option(capsys, command):
+    Path("set.toml").write_text(PLANE, "utf-8")
+    error = refused(capsys, *arguments_of(command))
+    assert error.startswith('fegear: mesh "one"-"two": plane = stress; must be width')

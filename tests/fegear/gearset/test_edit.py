@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 from fegear.files.errors import InputError
-from fegear.gearset import load_gear_set
+from fegear.files.printable import printable
+from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.edit import edited, parsed_value
+from fegear.gearset.read import load_tables
 
 
 def test_originals_stay():
@@ -79,3 +82,29 @@ def test_values_are_read_as_toml():
     assert parsed_value("HPSTC") == "HPSTC"
     assert parsed_value("[1, 2]") == [1, 2]
     assert math.isinf(parsed_value("inf"))
+
+
+@pytest.mark.parametrize("masked", [np.ma.masked, np.ma.array(3.0, mask=True)])
+def test_a_masked_number_is_none(masked):
+    with pytest.raises(InputError, match=r"gear\.1\.profile_shift = masked; must be a"):
+        load_gear_set("liu-pair", {"gear.1.profile_shift": masked})
+    with pytest.raises(InputError, match=r"load\.torques_Nm entry 2 = masked; must be"):
+        load_gear_set("liu-pair", {"load.torques_Nm": [1.0, masked]})
+    tables = load_tables("liu-pair", {})
+    tables["mesh"][0]["phase"] = masked
+    with pytest.raises(
+        InputError, match=r"mesh entry 1\.phase = masked; must be a num"
+    ):
+        make_gear_set(tables)
+
+
+def test_a_number_of_a_masked_array_that_is_there_is_taken():
+    edits = {"gear.1.mass_kg": np.ma.array(3.0, mask=False)}
+    assert load_gear_set("liu-pair", edits).gears[0].mass == 3.0
+
+
+def test_control_characters_are_spelled_out_in_errors():
+    for name in ("a\x1b[31m.toml", "a\x00b.toml", "\x1b", "\u202eb"):
+        with pytest.raises(InputError) as refused:
+            load_gear_set(name)
+        assert printable(str(refused.value)) == str(refused.value)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -364,3 +365,38 @@ def test_missing_teeth_are_judged_by_the_total_contact_ratio():
 def test_titles_do_not_name_a_setting():
     assert plane_in_words("width") == "teeth of true width"
     assert plane_in_words("strain") == "plane strain"
+
+
+@pytest.mark.parametrize(
+    ("word", "value", "told"),
+    [
+        ("helix_angle", 20, "unknown key helix_angle, did you mean helix_angle_deg?"),
+        ("beta", 20, "unknown key beta, did you mean helix_angle_deg?"),
+        ("helical", True, "unknown key helical, did you mean helix_angle_deg?"),
+        ("internal_gear", True, "unknown key internal_gear, did you mean internal?"),
+        ("transverse_module", 2.1, "module_mm is the normal module, m_n = m_t cos"),
+        ("transverse_module_mm", 2.1, "module_mm is the normal module, m_n = m_t cos"),
+        ("m_t", 2.1, "module_mm is the normal module, m_n = m_t cos(beta)"),
+        ("transverse_pressure_angle_deg", 21, "pressure_angle_deg is the normal one"),
+        ("bevel_angle_deg", 45, "spur and helical gears on parallel axes only"),
+        ("overlap_ratio", 1.2, "follows from helix_angle_deg and face_width_mm"),
+        (
+            "helix_angle_deg",
+            -20.0,
+            'must be at least 0; .* by hand = "left" or "ri',
+        ),
+        ("teeth", -45, "teeth = -45; .*; an internal gear has teeth = 45 and internal"),
+    ],
+)
+def test_words_of_others_lead_to_the_keys_that_are_meant(word, value, told):
+    pattern = told if ".*" in told else re.escape(told)
+    with pytest.raises(InputError, match=pattern):
+        make_gear_set(tables(gear={word: value}))
+
+
+def test_depths_that_cannot_be_negative_have_the_limits_of_their_key():
+    lead = {"end_relief_um": 2000.0, "end_relief_length_mm": 5.0}
+    with pytest.raises(
+        InputError, match="end_relief_um = 2000; must be from 0 to 1500"
+    ):
+        make_gear_set(tables(mesh={"lead": lead}))

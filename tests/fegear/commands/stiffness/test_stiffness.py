@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import math
 
 import numpy as np
@@ -13,6 +14,8 @@ from sector_stress import sector_stress
 import fegear
 from fegear.cli import run as command
 from fegear.contact.loads import patch_loads, tooth_loads
+from fegear.contact.problem import ContactFailure
+from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
@@ -180,3 +183,38 @@ def test_the_picture_of_the_path_says_how_many_torques_it_draws():
         )
     assert "torques are drawn" not in titles[0]
     assert "5 of 7 torques are drawn" in titles[1]
+
+
+def fail_above(monkeypatch, limit):
+    """Let the contact have no solution above a torque [N m]."""
+
+    def solve(problem, torques, *others):
+        if max(torques) > limit:
+            raise ContactFailure(f"contact not solved at torque {max(torques):g} N m")
+        return solve_cycle(problem, torques, *others)
+
+    monkeypatch.setattr("fegear.statics.solving.solve_cycle", solve)
+
+
+def test_torques_that_are_solved_outlive_one_that_is_not(monkeypatch, tmp_path, capsys):
+    fail_above(monkeypatch, 150.0)
+    monkeypatch.chdir(tmp_path)
+    typed = "stiffness liu-pair --torque 50,200,100 --positions 4 --resolution coarse"
+    assert command([*typed.split(), "-o", "t.csv", "--json"]) == 1
+    printed, error = capsys.readouterr()
+    values = json.loads(printed)
+    assert [row["torque_Nm"] for row in values["torques"]] == [50.0, 100.0]
+    (line,) = [line for line in values["warnings"] if "[W66]" in line]
+    assert line.startswith("mesh 1 at 200 N m is left out: contact not solved at")
+    assert "torque = 200 N m; not solved; finished rows are in t.csv" in error
+    table = parse_table((tmp_path / "t.csv").read_text("utf-8"))
+    assert table.torque_Nm.tolist() == [50.0, 100.0]
+
+
+def test_no_torque_that_is_solved_is_a_failure(monkeypatch, tmp_path, capsys):
+    fail_above(monkeypatch, 10.0)
+    monkeypatch.chdir(tmp_path)
+    typed = "stiffness liu-pair --torque 50,100 --positions 4 --resolution coarse"
+    assert command([*typed.split(), "-o", "t.csv"]) == 1
+    assert "not solved at torque" in capsys.readouterr().err
+    assert not (tmp_path / "t.csv").exists()
