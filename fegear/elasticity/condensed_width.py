@@ -91,7 +91,8 @@ class Condensed:
         )
         # functions that are nearly alike leave it positive up to round-off alone
         displacement = lu_solve(lu_factor(stiffness), load)
-        return self.held + np.conj(np.swapaxes(measured, 1, 2)) @ displacement
+        back = np.conj(np.swapaxes(measured, 1, 2)) @ displacement
+        return np.asarray(self.held + back, complex)
 
 
 def flank_tables(
@@ -206,7 +207,7 @@ def _ordering(
     """
     # nodes of the freedoms of either component, in the order of its columns
     in_section, along = (
-        np.asarray(np.abs(cut.matrix).argmax(axis=0)).ravel() for cut in cuts
+        np.asarray(abs(cut.matrix).argmax(axis=0)).ravel() for cut in cuts
     )
     nodes_of = wide.twisted.node_of[in_section], along
     starts = np.cumsum([0, *(len(nodes_of[a]) for a, _ in modes)])

@@ -64,7 +64,7 @@ def layered_functions(width: float, layers: Sequence[float]) -> WidthFunctions:
     linear = np.stack([np.ones_like(z), z / half], 1)
     slopes = np.stack([np.zeros_like(z), np.full_like(z, 1.0 / half)], 1)
     of_ends, slopes_of_ends = _end_layers(z, width, layers)
-    return WidthFunctions(
+    return _orthogonal(
         np.hstack([linear, of_ends]), np.hstack([slopes, slopes_of_ends]), weights
     )
 
@@ -83,11 +83,25 @@ def layered_polynomials(
     values, slopes = polynomial_values(width, degree, z)
     exchanged = np.arange(2 * len(layers)) ^ (1 - degree % 2)
     of_ends, slopes_of_ends = _end_layers(z, width, layers)
-    return WidthFunctions(
+    return _orthogonal(
         np.hstack([values, of_ends[:, exchanged]]),
         np.hstack([slopes, slopes_of_ends[:, exchanged]]),
         weights,
     )
+
+
+def _orthogonal(values: Array, slopes: Array, weights: Array) -> WidthFunctions:
+    """Functions of the same span, each without its parts along those before it.
+
+    On narrow teeth layers are nearly alike, and so would be rows of a stiffness. Odd
+    functions have odd numbers; the length of each stays.
+    """
+    _, factor = np.linalg.qr(np.sqrt(weights)[:, None] * values)
+    number = np.arange(len(factor))
+    factor[np.add.outer(number, number) % 2 == 1] = 0.0  # round-off
+    lengths = np.linalg.norm(factor, axis=0) * np.sign(np.diag(factor))
+    back = np.linalg.solve(factor, np.diag(lengths))
+    return WidthFunctions(values @ back, slopes @ back, weights)
 
 
 def _end_layers(z: Array, width: float, layers: Sequence[float]) -> tuple[Array, Array]:

@@ -3,7 +3,9 @@
 CalculiX 2.20 with quadratic wedges (C3D15) on the section of `SIZE`, extruded along the
 helix in 24 layers, hub and cuts held: `wide_tooth.csv` has the mean displacement over
 layers along the normal, under a line load of 1 N/m, of 1 + 2 z / b N/m, and of 1 N/m
-over the middle quarter of the width b.
+over the middle quarter of the width b. Quadratic wedges of code that shares only the
+section mesh, which has the same values in 24 layers, gave those of 66 layers, as thin
+as 0.05 mm at the ends.
 """
 
 from __future__ import annotations
@@ -53,8 +55,9 @@ LOADS = {
 }
 # inside and in the layers at both ends; largest found, over the largest of a line
 ALLOWED = {("uniform", False): 0.004, ("linear", False): 0.004}
-ALLOWED |= {("uniform", True): 0.018, ("linear", True): 0.006}
-ALLOWED |= {("patch", False): 0.017, ("patch", True): 0.014}
+ALLOWED |= {("uniform", True): 0.005, ("linear", True): 0.0045}
+ALLOWED |= {("patch", False): 0.0075, ("patch", True): 0.0075}
+OTHER_PROGRAM = 0.0025, 0.013  # of 24 layers, inside and at the ends
 
 
 def gear(helix_angle_deg):
@@ -173,14 +176,17 @@ def displacement(helix_angle_deg, load, loaded, point, places):
 
 
 def recorded():
-    """Ends of layers [mm], mean displacement; by helix, load, loaded point, point."""
+    """Ends of layers [mm], mean displacement by another program and in more layers.
+
+    By helix angle, load, loaded point and point.
+    """
     lines = {}
     path = Path(__file__).with_name("wide_tooth.csv")
     with path.open() as file:
         for row in csv.DictReader(file):
             key = float(row["helix_angle_deg"]), row["load"]
             key += int(row["loaded_point"]), int(row["point"])
-            names = "from_mm", "to_mm", "displacement_m2_per_N"
+            names = "from_mm", "to_mm", "displacement_m2_per_N", "refined_m2_per_N"
             lines.setdefault(key, []).append([float(row[name]) for name in names])
     return {key: np.array(values).T for key, values in lines.items()}
 
@@ -190,9 +196,10 @@ def recorded():
 def test_teeth_yield_as_those_of_another_program(helix_angle_deg, load):
     compared = 0
     node, weight = np.polynomial.legendre.leggauss(5)
-    for (helix, name, loaded, point), (low, high, expected) in recorded().items():
+    for (helix, name, loaded, point), values in recorded().items():
         if (helix, name) != (helix_angle_deg, load):
             continue
+        low, high, by_other_program, expected = values
         places = 0.5 * ((low + high)[:, None] + (high - low)[:, None] * node)
         each = displacement(
             helix, LOADS[name], loaded, point, 1e-3 * places.ravel()
@@ -201,6 +208,9 @@ def test_teeth_yield_as_those_of_another_program(helix_angle_deg, load):
         apart = np.abs(ours - expected) / np.abs(expected).max()
         assert apart[1:-1].max() < ALLOWED[name, False]
         assert apart[[0, -1]].max() < ALLOWED[name, True]
+        layers = np.abs(by_other_program - expected) / np.abs(expected).max()
+        assert layers[1:-1].max() < OTHER_PROGRAM[0]
+        assert layers[[0, -1]].max() < OTHER_PROGRAM[1]
         compared += 1
     assert compared == 9
 
