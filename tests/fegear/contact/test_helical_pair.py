@@ -7,6 +7,10 @@ as Hertz's pressure, linear between 13 places of the width. `helical_pair.csv` h
 loads per length of the lines around these places, weighted by the hat function of each
 place, and the transmission error. 12 layers and 48 edges change the transmission error
 by 0.15 %.
+
+Where a line ends within the width, at an end of the path, hats 2 mm wide do not follow
+the drop of its load; and 16 layers are too stiff at the ends of the width, by up to 1 %
+in `../elasticity/wide_tooth.csv`, so that these places carry too much there.
 """
 
 from __future__ import annotations
@@ -40,6 +44,8 @@ PAIR = {
     "load": {"gear": "pinion", "torques_Nm": [TORQUE]},
 }
 REFINEMENT = 360  # places in a slice
+# differences over the largest load per length, the largest found
+LARGEST, LARGEST_AT_ENDS_OF_LINES = 0.017, 0.027
 TIP_CORNERS = 1.6  # load per length where tip corners touch over the mean of all
 
 
@@ -75,7 +81,13 @@ def test_loads_along_the_lines_of_contact_are_those_of_another_program():
             place = np.linspace(places[0], places[-1], 2 * fine.size + 1)[1::2]
             hats = np.maximum(1.0 - np.abs(place[:, None] - places) / step, 0.0)
             ours = (fine @ hats) / hats.sum(axis=0)
-            assert np.abs(ours - expected).max() < 0.025 * largest
+            apart = np.abs(ours - expected) / largest
+            drops = (expected[1:] == 0.0) != (expected[:-1] == 0.0)
+            # within two places of where a line ends
+            near = np.convolve(np.r_[drops, False] | np.r_[False, drops], np.ones(5))
+            ends = near[2:-2] > 0.0
+            assert apart[~ends].max() < LARGEST
+            assert apart.max() < LARGEST_AT_ENDS_OF_LINES
 
 
 @pytest.mark.slow
