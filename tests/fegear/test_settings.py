@@ -32,6 +32,8 @@ from lumped.train.waves import constant_wave
 GEARS = fegear.load_gear_set("liu-pair")
 RESULTS = {  # what functions return, made by nobody else
     CoupledContacts,
+    fegear.FaceLoads,
+    fegear.StaticsResult,
     RestReference,
     lumped.Attractor,
     lumped.Branch,
