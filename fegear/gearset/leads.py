@@ -19,9 +19,13 @@ def leads_by_key(entry: MeshEntry) -> dict[str, FlankLead | None]:
     leads: dict[str, FlankLead | None] = {}
     for role in ("driver", "driven"):
         key = f"{role}_lead"
-        own = getattr(entry, key)
+        of_gear = getattr(entry, key)
         # the slope between both flanks is a misalignment
-        leads[key] = _lead(entry.lead, 0.0) if own is None else _lead(own, own.slope_um)
+        leads[key] = (
+            _lead(entry.lead, 0.0)
+            if of_gear is None
+            else _lead(of_gear, of_gear.slope_um)
+        )
     return leads
 
 

@@ -238,9 +238,9 @@ def _is_place(member: ExposedField) -> bool:
 
 def _require_settings_exist(study: type, settings: Mapping[str, Any]) -> None:
     """Raise TypeError that says which group has a setting that the study has not."""
-    own = {entry.name for entry in fields(study)}
+    names_of_study = {entry.name for entry in fields(study)}
     for name in settings:
-        if name in own:
+        if name in names_of_study:
             continue
         for member in exposed_fields(group_of(study)):
             if member.group is None or name not in member.group.exposed:

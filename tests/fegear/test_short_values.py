@@ -109,8 +109,8 @@ def test_help_is_one_screen():
     text = pydoc.plain(pydoc.render_doc(fegear))
     assert len(text.splitlines()) < 75
     assert len(text) < 4000
-    words = text.replace(",", " ").replace("`", " ").split()
-    assert set(fegear.__all__) - {"__version__"} <= set(words)
+    listed = text.replace(",", " ").replace("`", " ").split()
+    assert set(fegear.__all__) - {"__version__"} <= set(listed)
 
 
 def test_what_is_listed():

@@ -201,10 +201,10 @@ def test_teeth_yield_as_those_of_another_program(helix_angle_deg, load):
             continue
         low, high, by_other_program, expected = values
         places = 0.5 * ((low + high)[:, None] + (high - low)[:, None] * node)
-        each = displacement(
+        lines = displacement(
             helix, LOADS[name], loaded, point, 1e-3 * places.ravel()
         ).reshape(places.shape)
-        ours = each @ (0.5 * weight)
+        ours = lines @ (0.5 * weight)
         apart = np.abs(ours - expected) / np.abs(expected).max()
         assert apart[1:-1].max() < ALLOWED[name, False]
         assert apart[[0, -1]].max() < ALLOWED[name, True]

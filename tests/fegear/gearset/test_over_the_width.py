@@ -265,9 +265,9 @@ def test_misalignment_is_a_gap_once():
         expected = [16e-6, 10e-6, 36e-6]
         assert width_gap(gears, 0, PLACES) == pytest.approx(expected), keys
         assert [flank.lead.slope for flank in gears.meshes[0].flanks] == [0.0, 0.0]
-    own = make_gear_set(tables(mesh={"driver_lead": {"slope_um": 20}}))
-    assert width_gap(own, 0, PLACES) == pytest.approx([0.0, 10e-6, 20e-6])
-    assert own.meshes[0].misalignment == 0.0
+    of_driver = make_gear_set(tables(mesh={"driver_lead": {"slope_um": 20}}))
+    assert width_gap(of_driver, 0, PLACES) == pytest.approx([0.0, 10e-6, 20e-6])
+    assert of_driver.meshes[0].misalignment == 0.0
     with pytest.raises(InputError, match=r"= 5 and lead\.slope_um = 5"):
         make_gear_set(tables(mesh={"misalignment_um": 5, "lead": {"slope_um": 5}}))
     with pytest.raises(InputError, match=r"slope_um = 1600; must be from -1500"):

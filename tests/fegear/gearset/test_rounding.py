@@ -163,9 +163,9 @@ def test_a_warning_says_that_rounding_took_the_backlash():
     (line,) = [w for w in gear_set_warnings(make_gear_set(tables)) if "[W55]" in w]
     assert "by the sizes, whose rounding explains up to" in line
     tables["mesh"][0]["backlash_um"] = 40.0
-    given = make_gear_set(tables)
-    assert given.meshes[0].backlash == pytest.approx(40e-6)
-    assert not [w for w in gear_set_warnings(given) if "[W55]" in w]
+    with_backlash = make_gear_set(tables)
+    assert with_backlash.meshes[0].backlash == pytest.approx(40e-6)
+    assert not [w for w in gear_set_warnings(with_backlash) if "[W55]" in w]
 
 
 @pytest.mark.parametrize("step_um", [3.0, 30.0])
