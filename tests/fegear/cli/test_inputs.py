@@ -1106,6 +1106,9 @@ OTHER_BEARING = {
 }
 # of the cage; that of a line contact has no part in its stiffness
 KINEMATIC = {"pitch_diameter_mm", "roller_diameter_mm"}
+# a runout turns with the shaft, and leaves the stiffness of the bearing as it is
+RUNNING = "motion SET --speed 2000 --translations --model 1 --excitation rectangular"
+ROLLED_PLANE = {"runout_um": f"{RUNNING} --json"}
 OTHER_BALLS = OTHER_BEARING | {
     "balls": 8,
     "ball_diameter_mm": 7.5,
@@ -1156,7 +1159,11 @@ GEAR_KEYS = {
     "bearing_ky_N_per_m": Key(5e8, (PLANE,), TRAIN, entry=2),
     **{
         f"{kind}.{name}": Key(
-            other, (BEARING,) if name in KINEMATIC else (BEARING, PLANE), tables
+            other,
+            (BEARING,)
+            if name in KINEMATIC
+            else (BEARING, ROLLED_PLANE.get(name, PLANE)),
+            tables,
         )
         for kind, tables, values in (
             ("ball_bearing", ROLLING, OTHER_BALLS),
