@@ -5,8 +5,10 @@ function that it calls in another file has changed. The cache directory is
 therefore named after a digest of all kernels of the folder and of the folders whose
 kernels they call. Compiled code releases the interpreter's lock.
 
-What the cache holds is used only if its digest is right, and is compiled again if not.
-A full disk only costs time.
+Kernels are linked as `lumped.common.linking` says by numba's internals, which are known
+of the releases from OLDEST_LINKED to NEWEST_LINKED. With others, and where the variable
+PLAIN_VARIABLE is set, numba compiles them in its plain way: the same numbers, of which
+compiling takes several times as long.
 
 The first compilation of a process is logged, since it takes seconds: as information,
 or as a warning where its result cannot be kept.
@@ -20,53 +22,52 @@ import hashlib
 import inspect
 import logging
 import os
-import pickle
 import re
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import cache, partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
+import numba
 from numba import config, njit
 from numba.core import event
-from numba.core.caching import FunctionCache, IndexDataCacheFile
 from numba.core.types import unliteral
 from numba.extending import overload
 
-from lumped.common import linking
-from lumped.common.linking import (
-    CACHE_FORMS,
-    InlineCompiler,
-    PartCompiler,
-    RootCompiler,
-    SharedCompiler,
-)
-
 IMPORT_LINE = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILINE)
 F = TypeVar("F", bound=Callable[..., Any])
-DIGEST_SIZE = 32  # bytes of SHA-256 before what a file of the cache holds
-CACHE_SUFFIX = ".nbc"
-PART_OPTIONS = {
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-    "pipeline_class": PartCompiler,
-}
-INLINE_OPTIONS = PART_OPTIONS | {
-    "pipeline_class": InlineCompiler,
-    "_nrt": False,
-    "forceinline": True,
-}
+# division by zero gives inf, caught as such
+COMMON_OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
+_CACHED = set[Callable[..., Any]]()  # functions that are compiled here
+OLDEST_LINKED, NEWEST_LINKED = (0, 62), (0, 68)  # releases of numba
+PLAIN_VARIABLE = "FEGEAR_PLAIN_KERNELS"
+CACHE_SUFFIX = ".nbc"  # of code, as of numba's own cache
 LOG = logging.getLogger(__name__)
+Form = Literal["root", "part", "shared", "inline"]
+
+
+def _release() -> tuple[int, ...]:
+    """First two numbers of numba's release, of an unknown form those of none."""
+    numbers = re.findall(r"\d+", numba.__version__)[:2]
+    return tuple(map(int, numbers))
+
+
+def is_linked() -> bool:
+    """Whether kernels are linked from parts, not compiled in numba's plain way."""
+    known = OLDEST_LINKED <= _release() <= NEWEST_LINKED
+    return known and not os.environ.get(PLAIN_VARIABLE)
 
 
 @cache
 def kernel_cache(folder: Path) -> Path | None:
     """A writable directory for the kernels of a source folder as it is, or None."""
-    digest = hashlib.sha256(Path(__file__).read_bytes())
-    digest.update(Path(linking.__file__).read_bytes())
+    digest = hashlib.sha256(b"linked" if is_linked() else b"plain")
+    here = Path(__file__)
+    for source in (here, here.with_name("linking.py")):
+        digest.update(source.read_bytes())
     for path in sorted(
         {p for f in (folder, *_imported_folders(folder)) for p in f.glob("*.py")}
     ):
@@ -119,65 +120,36 @@ def _cache_in(directory: Path) -> Iterator[None]:
         settings.CACHE_DIR = previous_dir
 
 
-class _SealedFiles(IndexDataCacheFile):
-    """Code of a function, each signature in a file of its own behind its digest.
+def _compile(function: F, form: Form = "root", **options: Any) -> F:
+    """Compile on first call; cache on disk where some directory can be written.
 
-    Processes that compile at once then cannot overwrite what others have added, as in
-    numba's index of all signatures. The directory's name holds the sources' digest.
+    options : of functions that are linked, besides those of their form
     """
-
-    def save(self, key: Any, data: Any) -> None:
-        path, content = self._path(key), self._dump((key, data))
-        with suppress(OSError), self._open_for_write(path) as file:
-            file.write(hashlib.sha256(content).digest() + content)
-
-    def load(self, key: Any) -> Any:
-        """Return the saved code, or None if there is none or it is damaged."""
-        path = Path(self._path(key))
-        try:
-            content = path.read_bytes()
-        except OSError:
-            return None
-        digest, content = content[:DIGEST_SIZE], content[DIGEST_SIZE:]
-        if hashlib.sha256(content).digest() != digest:
-            _warn_damaged(path.parent)
-            return None
-        saved_key, data = pickle.loads(content)
-        return data if saved_key == key else None
-
-    def _path(self, key: Any) -> str:
-        name = hashlib.sha256(repr((self._version, key)).encode()).hexdigest()[:16]
-        base = self._index_name.removesuffix(".nbi")
-        return self._data_path(f"{base}.{name}{CACHE_SUFFIX}")
-
-
-class _SealedCache(FunctionCache):
-    def __init__(
-        self, function: Callable[..., Any], compiler: type[RootCompiler]
-    ) -> None:
-        self._impl_class = CACHE_FORMS[compiler]
-        super().__init__(function)
-        base, stamp = self._impl.filename_base, None
-        self._cache_file = _SealedFiles(self._cache_path, base, stamp)
-
-
-@cache
-def _warn_damaged(directory: Path) -> None:
-    LOG.warning(f"{directory}: compiled kernels are damaged and compiled again")
-
-
-def _compile(function: F, **options: Any) -> F:
-    options["error_model"] = "numpy"  # division by zero gives inf, caught as such
-    options["nogil"] = True
-    compiler = options.setdefault("pipeline_class", RootCompiler)
-    dispatcher = njit(**options)(function)
-    dispatcher.get_call_template = partial(_call_template, dispatcher.get_call_template)
     directory = kernel_cache(Path(inspect.getfile(function)).parent)
+    if not is_linked():
+        return _compile_plainly(function, directory)
+    from lumped.common.linking import COMPILERS, OPTIONS
+    from lumped.common.sealed_cache import SealedCache
+
+    compiler = COMPILERS[form]
+    chosen = {**COMMON_OPTIONS, **OPTIONS[form], **options, "pipeline_class": compiler}
+    dispatcher = njit(**chosen)(function)
+    dispatcher.get_call_template = partial(_call_template, dispatcher.get_call_template)
+    _CACHED.add(function)
     if directory is None:
         return dispatcher
     with _cache_in(directory):
-        dispatcher._cache = _SealedCache(function, compiler)
+        dispatcher._cache = SealedCache(function, compiler)
     return dispatcher
+
+
+def _compile_plainly(function: F, directory: Path | None) -> F:
+    """Compile by what numba offers to all."""
+    _CACHED.add(function)
+    if directory is None:
+        return njit(**COMMON_OPTIONS)(function)
+    with _cache_in(directory):
+        return njit(cache=True, **COMMON_OPTIONS)(function)
 
 
 def _call_template(get_template: Callable[..., Any], args: Any, kws: Any) -> Any:
@@ -215,8 +187,8 @@ class CompileCount(event.Listener):
 
     def on_end(self, event: event.Event) -> None:
         dispatcher = event.data["dispatcher"]
-        if isinstance(dispatcher._cache, _SealedCache):
-            function = dispatcher.py_func
+        function = dispatcher.py_func
+        if function in _CACHED:
             name = f"{function.__module__}.{function.__qualname__}"
             line = function.__code__.co_firstlineno
             self.names.add(f"{name}:{line} {event.data['args']}")
@@ -246,7 +218,12 @@ class CompileClock(event.Listener):
             return
         self.silent = True
         source = Path(inspect.getfile(event.data["dispatcher"].py_func))
-        if kernel_cache(source.parent) is None:
+        if not is_linked():
+            LOG.warning(
+                f"compiling numerical kernels in numba's plain way, a minute or more "
+                f"where there is no cache: {_reason_to_be_plain()}"
+            )
+        elif kernel_cache(source.parent) is None:
             LOG.warning(
                 "compiling numerical kernels, 5 s to a minute at every start: no cache "
                 "directory can be written, set NUMBA_CACHE_DIR to one that can"
@@ -258,6 +235,13 @@ class CompileClock(event.Listener):
         self._begun.depth -= 1
         if self._begun.depth == 0:
             self.seconds += time.perf_counter() - self._begun.time
+
+
+def _reason_to_be_plain() -> str:
+    if os.environ.get(PLAIN_VARIABLE):
+        return f"{PLAIN_VARIABLE} is set"
+    newest = ".".join(map(str, NEWEST_LINKED))
+    return f"numba {numba.__version__} is not known, tested up to {newest}"
 
 
 CLOCK = CompileClock()
@@ -281,16 +265,14 @@ def compiled_part(function: F) -> F:
     an atomic operation wherever an array is taken out of a record, which is most of
     the work of a small step. Python calls a part uncompiled as `function.py_func`.
     """
-    return _compile(function, _nrt=False, **PART_OPTIONS)
+    return _compile(function, "part", _nrt=False)
 
 
 def shared_part(function: F) -> F:
     """A part whose machine code all callers share: for work that is much more than the
     call, which hands over every array in several words.
     """
-    return _compile(
-        function, **PART_OPTIONS | {"pipeline_class": SharedCompiler, "_nrt": False}
-    )
+    return _compile(function, "shared", _nrt=False)
 
 
 def inlined(function: F) -> F:
@@ -298,12 +280,12 @@ def inlined(function: F) -> F:
 
     Arrays are handed over in many words each, so that calls cost more than the work.
     """
-    return _compile(function, **INLINE_OPTIONS)
+    return _compile(function, "inline")
 
 
 def allocating(function: F) -> F:
     """A part that makes arrays, once in a run."""
-    return _compile(function, **PART_OPTIONS)
+    return _compile(function, "part")
 
 
 def dispatch_by_record(function: F, choices: Mapping[type, F]) -> None:
@@ -317,5 +299,9 @@ def dispatch_by_record(function: F, choices: Mapping[type, F]) -> None:
         chosen: Any = choices[steps.instance_class]
         return chosen.py_func
 
-    options: Any = {**INLINE_OPTIONS, "error_model": "numpy", "nogil": True}
+    options: Any = dict(COMMON_OPTIONS)
+    if is_linked():
+        from lumped.common.linking import COMPILERS, OPTIONS
+
+        options |= OPTIONS["inline"] | {"pipeline_class": COMPILERS["inline"]}
     overload(function, jit_options=options, strict=False)(choose)

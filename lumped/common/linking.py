@@ -243,3 +243,17 @@ CACHE_FORMS: dict[type[RootCompiler], type[_RootCache]] = {
     InlineCompiler: _PartCache,
     SharedCompiler: _SharedCache,
 }
+
+PART_OPTIONS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+COMPILERS: dict[str, type[RootCompiler]] = {
+    "root": RootCompiler,
+    "part": PartCompiler,
+    "shared": SharedCompiler,
+    "inline": InlineCompiler,
+}
+OPTIONS: dict[str, dict[str, Any]] = {
+    "root": {},
+    "part": PART_OPTIONS,
+    "shared": PART_OPTIONS,
+    "inline": PART_OPTIONS | {"_nrt": False, "forceinline": True},
+}

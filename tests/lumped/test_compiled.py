@@ -14,6 +14,7 @@ from numba.core import event
 
 from fegear.files.timing import COMPILING_STAGE, recorded_stages, stage
 from lumped.common import compiled as module
+from lumped.common import sealed_cache
 
 FOLDER = Path(module.__file__).parent / "kernels"
 
@@ -97,7 +98,7 @@ def test_a_full_disk_only_costs_time(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(module._SealedFiles, "_open_for_write", full)
+    monkeypatch.setattr(sealed_cache._SealedFiles, "_open_for_write", full)
 
     @module.compiled
     def double(x):

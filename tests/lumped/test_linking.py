@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from lumped.common.compiled import DIGEST_SIZE
+from lumped.common.sealed_cache import DIGEST_SIZE
 
 PARTS = """
 from lumped.common.compiled import (
