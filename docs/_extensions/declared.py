@@ -25,6 +25,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 import fegear
+import lumped
 from fegear.cli import app
 from fegear.files.keys import FileKey, file_keys
 from fegear.studies import load_study
@@ -142,6 +143,9 @@ def public_names(package: str) -> Lines:
     for name in sorted(module.__all__, key=str.casefold):
         value = getattr(module, name)
         if isinstance(value, str):
+            continue
+        if package != "lumped" and getattr(lumped, name, None) is value:
+            yield from (f"## {name}", "", f"See {{py:obj}}`lumped.{name}`.", "")
             continue
         kind = "class" if isinstance(value, type) else "function"
         kind = "exception" if kind == "class" and issubclass(value, Exception) else kind
