@@ -57,8 +57,8 @@ def _release() -> tuple[int, ...]:
 
 def is_linked() -> bool:
     """Whether kernels are linked from parts, not compiled in numba's plain way."""
-    known = OLDEST_LINKED <= _release() <= NEWEST_LINKED
-    return known and not os.environ.get(PLAIN_VARIABLE)
+    is_tested = OLDEST_LINKED <= _release() <= NEWEST_LINKED
+    return is_tested and not os.environ.get(PLAIN_VARIABLE)
 
 
 @cache
