@@ -41,7 +41,7 @@ IMPORT_LINE = re.compile(r"^from ((?:fegear|lumped)\.[\w.]+) import", re.MULTILI
 F = TypeVar("F", bound=Callable[..., Any])
 # division by zero gives inf, caught as such
 COMMON_OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
-_CACHED = set[Callable[..., Any]]()  # functions that are compiled here
+_DISPATCHERS = set[Callable[..., Any]]()  # that are made here, whose code is kept
 OLDEST_LINKED, NEWEST_LINKED = (0, 62), (0, 68)  # releases of numba
 PLAIN_VARIABLE = "FEGEAR_PLAIN_KERNELS"
 CACHE_SUFFIX = ".nbc"  # of code, as of numba's own cache
@@ -135,7 +135,7 @@ def _compile(function: F, form: Form = "root", **options: Any) -> F:
     chosen = {**COMMON_OPTIONS, **OPTIONS[form], **options, "pipeline_class": compiler}
     dispatcher = njit(**chosen)(function)
     dispatcher.get_call_template = partial(_call_template, dispatcher.get_call_template)
-    _CACHED.add(function)
+    _DISPATCHERS.add(dispatcher)
     if directory is None:
         return dispatcher
     with _cache_in(directory):
@@ -145,11 +145,13 @@ def _compile(function: F, form: Form = "root", **options: Any) -> F:
 
 def _compile_plainly(function: F, directory: Path | None) -> F:
     """Compile by what numba offers to all."""
-    _CACHED.add(function)
     if directory is None:
-        return njit(**COMMON_OPTIONS)(function)
-    with _cache_in(directory):
-        return njit(cache=True, **COMMON_OPTIONS)(function)
+        dispatcher = njit(**COMMON_OPTIONS)(function)
+    else:
+        with _cache_in(directory):
+            dispatcher = njit(cache=True, **COMMON_OPTIONS)(function)
+    _DISPATCHERS.add(dispatcher)
+    return dispatcher
 
 
 def _call_template(get_template: Callable[..., Any], args: Any, kws: Any) -> Any:
@@ -187,8 +189,8 @@ class CompileCount(event.Listener):
 
     def on_end(self, event: event.Event) -> None:
         dispatcher = event.data["dispatcher"]
-        function = dispatcher.py_func
-        if function in _CACHED:
+        if dispatcher in _DISPATCHERS:
+            function = dispatcher.py_func
             name = f"{function.__module__}.{function.__qualname__}"
             line = function.__code__.co_firstlineno
             self.names.add(f"{name}:{line} {event.data['args']}")
