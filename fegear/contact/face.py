@@ -16,6 +16,31 @@ from lumped.common.array_types import Array, Indices
 from lumped.common.short_repr import ShortRepr
 from meshes import SpurGear
 
+BANDS = 24  # of the common width, in whose parts largest loads are means
+
+
+def largest_of_bands(values: Array) -> Array:
+    """Largest means of values of slices (..., m) over a band of the width (...).
+
+    A band is a part in BANDS of the width anywhere, or a slice where that is wider. At
+    a sharp edge the load per length grows with the number of slices without limit; what
+    a band carries does not.
+    """
+    slices = values.shape[-1]
+    length = max(1.0, slices / BANDS)  # of a band, in slices
+    edges = np.arange(slices + 1.0)
+    starts = np.concatenate([edges, edges - length])  # the largest mean is at an edge
+    starts = starts[(starts >= 0.0) & (starts <= slices - length)]
+    sums = np.zeros((*values.shape[:-1], slices + 1))
+    np.cumsum(values, axis=-1, out=sums[..., 1:])
+
+    def sum_to(place: Array) -> Array:
+        index = np.minimum(place.astype(np.int64), slices - 1)
+        part = place - index
+        return (1.0 - part) * sums[..., index] + part * sums[..., index + 1]
+
+    return np.asarray((sum_to(starts + length) - sum_to(starts)).max(axis=-1) / length)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FaceContact(ShortRepr):
@@ -126,7 +151,17 @@ class FaceLoads(ShortRepr):
 
     @property
     def distribution_factor(self) -> Array:
-        """Largest load per width over its mean, of the mean over the cycle (t,)."""
+        """Load distribution factor K_Hbeta (t,), of the mean over the cycle.
+
+        The largest mean load over a band of the width, see `largest_of_bands`, over the
+        mean of all.
+        """
+        mean = self.per_width.mean(axis=1)
+        return largest_of_bands(mean) / mean.mean(axis=1)
+
+    @property
+    def slice_factor(self) -> Array:
+        """As `distribution_factor`, of the largest slice: without limit at an edge."""
         mean = self.per_width.mean(axis=1)
         return np.asarray(mean.max(axis=1) / mean.mean(axis=1))
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from fegear.contact.edges import edge_positions, finite_pressures
+from fegear.contact.face import largest_of_bands
 from fegear.contact.path import face_along_path, loss_factor, path_positions
 from fegear.contact.problem import ContactCycle, ContactProblem
 from lumped.common.array_types import Array
@@ -22,7 +23,8 @@ def key_figures(
 
     Pressures are those of pairs without an edge in contact, see `fegear.contact.edges`,
     None where there is no such pair. That at the pitch point is the largest there of
-    all tooth pairs and of all places over the face width, where these differ.
+    all tooth pairs and of all places over the face width, where these differ: of bands
+    of it, see `fegear.contact.face.largest_of_bands`.
     """
     names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
     k, local, bending = (table[name][t] for name in names)
@@ -68,7 +70,9 @@ def _pressure_at_pitch_point(
     if cycle.face is not None:
         face, pitch_point = cycle.face, np.zeros(1)
         finite = np.where(face.on_path, face.pressure[t], 0.0)
-        largest = face_along_path(cycle, face, finite, pitch_point).max()
+        # of the load on a band, the square of the pressure
+        squares = face_along_path(cycle, face, finite, pitch_point) ** 2
+        largest = math.sqrt(largest_of_bands(squares).max())
         return float(problem.plane_strain_pressure * largest)
     # reference pairs are at the pitch point at the start of each base pitch
     pitches = math.floor(cycle.position[-1]) + 1

@@ -53,6 +53,8 @@ class ErrorEstimate:
     distribution : float
         Error of the load distribution factor K_Hbeta, slices among what is coarser; NaN
         where loads are uniform over the face width.
+    slice_load : float
+        Error of the largest load on a slice over the mean, as `distribution`.
 
     Notes
     -----
@@ -75,6 +77,7 @@ class ErrorEstimate:
     root_stress: float = math.nan
     peak_to_peak: float = math.nan
     distribution: float = math.nan
+    slice_load: float = math.nan
 
     @property
     def change_of_mean(self) -> float:
@@ -85,6 +88,11 @@ class ErrorEstimate:
     def change_of_distribution(self) -> float:
         """Change of K_Hbeta against the coarser resolution; NaN as `distribution`."""
         return self.distribution / ERROR_FACTOR
+
+    @property
+    def change_of_slice_load(self) -> float:
+        """Change of the largest load on a slice; NaN as `slice_load`."""
+        return self.slice_load / ERROR_FACTOR
 
 
 @dataclass(frozen=True)
@@ -285,6 +293,7 @@ def error_estimate(
     root_change: float = math.nan,
     peak_to_peak_change: float = math.nan,
     distribution_change: float = math.nan,
+    slice_change: float = math.nan,
 ) -> ErrorEstimate:
     """Estimate from relative changes (n,) against a coarser resolution.
 
@@ -292,7 +301,7 @@ def error_estimate(
     is_corner : (n,) positions with a tip corner in contact
     root_change : largest change of the root stress over its peak
     peak_to_peak_change : range of the changes over that of the transmission error
-    distribution_change : relative, of K_Hbeta
+    distribution_change, slice_change : relative, of K_Hbeta and of the largest slice
     """
     largest = float(change.max()) if is_corner.any() else math.nan
     return ErrorEstimate(
@@ -302,6 +311,7 @@ def error_estimate(
         root_stress=ROOT_ERROR_FACTOR * root_change,
         peak_to_peak=ERROR_FACTOR * peak_to_peak_change,
         distribution=ERROR_FACTOR * distribution_change,
+        slice_load=ERROR_FACTOR * slice_change,
     )
 
 

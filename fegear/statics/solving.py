@@ -378,11 +378,12 @@ def _estimate_errors(
     root_change = np.full(cycle.torque.size, math.nan)
     if stresses is not None and coarse_stresses is not None:
         root_change = relative_change(stresses, coarse_stresses)
-    distribution_change = np.full(cycle.torque.size, math.nan)
+    distribution_change = slice_change = np.full(cycle.torque.size, math.nan)
     if cycle.face is not None and coarse_cycle.face is not None:
-        factor = cycle.face.distribution_factor
-        change = np.abs(coarse_cycle.face.distribution_factor - factor)
-        distribution_change = change / factor
+        distribution_change, slice_change = (
+            np.abs(getattr(coarse_cycle.face, name) / getattr(cycle.face, name) - 1.0)
+            for name in ("distribution_factor", "slice_factor")
+        )
     ste = cycle.ste[:, : position.size]
     deflection = np.abs(ste - cycle.no_load[:, : position.size])
     change = coarse_cycle.ste - ste
@@ -396,6 +397,7 @@ def _estimate_errors(
             float(root_change[t]),
             float(peak_to_peak_change[t]),
             float(distribution_change[t]),
+            float(slice_change[t]),
         )
         for t in range(len(cycle.torque))
     )

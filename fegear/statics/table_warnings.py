@@ -71,13 +71,15 @@ def _slice_lines(solved: StaticsResult) -> Iterator[str]:
             f"{MAX_WIDTH:g} loads that vary over the width are followed less well, at "
             "20 the largest load per length to 10 %",
         )
-    change = 0.0 if solved.error is None else solved.error.change_of_distribution
-    if change > MAX_SLICE_CHANGE:
+    error = solved.error
+    change = 0.0 if error is None else error.change_of_slice_load
+    if error is not None and change > MAX_SLICE_CHANGE:
         yield with_code(
             "W58",
-            f"mesh {solved.mesh}: K_Hbeta changes by {100.0 * change:.2g} % "
-            f"between two numbers of slices, more than {100.0 * MAX_SLICE_CHANGE:g} %; "
-            "it and the largest loads depend on the resolution",
+            f"mesh {solved.mesh}: the largest load per length changes by "
+            f"{100.0 * change:.2g} % between two numbers of slices, more than "
+            f"{100.0 * MAX_SLICE_CHANGE:g} %, K_Hbeta by "
+            f"{100.0 * error.change_of_distribution:.2g} %",
         )
 
 

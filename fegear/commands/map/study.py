@@ -71,6 +71,7 @@ class Map(
 
     resumes = True
     distributes = True
+    keeps_impossible = True
     unit = "point"
 
     over: tuple[Axis, ...] = axes_setting(

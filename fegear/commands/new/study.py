@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,7 +13,7 @@ from fegear.files.errors import InputError
 from fegear.files.output import path_of, write_text
 from fegear.files.printable import printable
 from fegear.files.templates import TEMPLATE_PACKAGES, template_text
-from fegear.gearset.read import read_gear_set
+from fegear.gearset.read import make_gear_set, parsed_toml
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Task
 from fegear.studies.result import StudyResult
@@ -83,7 +83,7 @@ class NewFile(Study, command="new", example="new pair -o my-pair.toml"):
             converted.text,
             converted.assumed,
             converted.left_out,
-            problem_of(converted),
+            problems_of(converted),
         )
 
 
@@ -100,10 +100,30 @@ def gear_set_of_rexs(path: str | Path) -> RexsGearSet:
         raise InputError(f"{path}: {error}") from None
 
 
-def problem_of(converted: RexsGearSet) -> str:
-    """Why the gear set is refused as it is, or nothing."""
+def problems_of(converted: RexsGearSet) -> tuple[str, ...]:
+    """Why the gear set is refused as it is: a line for each pair that is, or one."""
+    tables = parsed_toml(converted.text)
+    if not (whole := _refusal(tables)):
+        return ()
+    gears = {gear["name"]: gear for gear in tables["gear"]}
+    lines = [
+        line
+        for mesh in tables.get("mesh", ())
+        if (line := _refusal(_pair_of(mesh, gears)))
+    ]
+    return tuple(dict.fromkeys([*lines, whole] if whole not in lines else lines))
+
+
+def _pair_of(mesh: dict[str, Any], gears: Mapping[str, Any]) -> dict[str, Any]:
+    """Tables of a mesh alone."""
+    pair = [gears[mesh[role]] for role in ("driver", "driven")]
+    alone = {key: value for key, value in mesh.items() if key != "center_line_deg"}
+    return {"name": "pair", "gear": pair, "mesh": [alone]}
+
+
+def _refusal(tables: dict[str, Any]) -> str:
     try:
-        read_gear_set(converted.text)
+        make_gear_set(tables)
     except InputError as error:
         return str(error)
     return ""
@@ -115,14 +135,14 @@ class NewFileResult(StudyResult):
 
     assumed : values that are not in it, and how they were chosen
     left_out : what the gear set has not
-    problem : why it is refused until it is mended, or nothing
+    problems : why it is refused until it is mended, a line for each pair
     """
 
     study: NewFile
     text: str
     assumed: tuple[str, ...] = ()
     left_out: tuple[str, ...] = ()
-    problem: str = ""
+    problems: tuple[str, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -131,7 +151,7 @@ class NewFileResult(StudyResult):
                 "source": self.study.source,
                 "assumed": list(self.assumed),
                 "left_out": list(self.left_out),
-                "to_mend": self.problem,
+                "to_mend": list(self.problems),
                 "text": self.text,
             }
         return {"kind": self.study.kind, "text": self.text}
@@ -152,5 +172,4 @@ class NewFileResult(StudyResult):
         yield f"gear set: {COMMANDS['pair']}"
         yield from (f"assumed: {line}" for line in self.assumed)
         yield from (f"left out: {line}" for line in self.left_out)
-        if self.problem:
-            yield f"to mend: {self.problem}"
+        yield from (f"to mend: {line}" for line in self.problems)

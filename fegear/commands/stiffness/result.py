@@ -69,8 +69,8 @@ FACE_COLUMNS: Columns = {
 FACE_TITLE = (
     "Loads over the face width, places from its middle, positive toward the far end as "
     "axial forces are; line load of all contacts, tip corners among them, and of those "
-    "on the path; K_Hbeta: largest load per width over its mean, both of the mean over "
-    "the cycle"
+    "on the path; K_Hbeta: largest load on a 24th of the width over the mean, of loads "
+    "that are means over the cycle"
 )
 
 DROP_COLUMNS: Columns = {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
-from typing import Any
+from typing import Any, ClassVar, Self
 
 from fegear.files.contents import content_digest, exact_repr
 from fegear.files.errors import InputError
@@ -49,8 +49,13 @@ FIELD_OF_AXIS = {
 
 @dataclass(frozen=True, kw_only=True)
 class ParametricStudy(TrainStudy):
-    """Settings of studies that vary parameters of a train."""
+    """Settings of studies that vary parameters of a train.
 
+    keeps_impossible : whether a point that the gears refuse is a row with the reason,
+        not the end of the run
+    """
+
+    keeps_impossible: ClassVar[bool] = False
     torque: float | None = None
 
     @property
@@ -117,6 +122,21 @@ class ParametricStudy(TrainStudy):
 class ParametricProblem(TrainProblem):
     """A train of which parameters vary."""
 
+    @classmethod
+    def of(cls, study: Any) -> Self:
+        problem = super().of(study)
+        if not study.keeps_impossible:
+            problem._require_values_of_keys()
+        return problem
+
+    def _require_values_of_keys(self) -> None:
+        """Refuse values that the gears refuse; of other axes the first value stands."""
+        first = {axis.name: axis.values[0] for axis in self.study.axes}
+        for axis in self.study.axes:
+            for value in axis.values:
+                changes = _keys_of({**first, axis.name: value})
+                self._gear_set_with_values(tuple(changes.items()))
+
     @property
     def varied_models(self) -> tuple[LumpedModel, ...]:
         axes = {axis.name: max(axis.values) for axis in self.study.axes}
@@ -148,23 +168,17 @@ class ParametricProblem(TrainProblem):
 
     def system(self, point: Point) -> LumpedSystem:
         """The lumped system of a point."""
-        values = {
-            axis.name: int(v) if float(v).is_integer() else v
-            for axis, v in zip(self.study.axes, point, strict=True)
-        }
-        torque = values.pop(TORQUE, self.reference_torque)
-        tooth_axes = OF_TEETH.keys() & values.keys()
+        names = [axis.name for axis in self.study.axes]
+        values = dict(zip(names, point, strict=True))
+        torque = values.get(TORQUE, self.reference_torque)
         tooth_values: dict[str, Any] = {
-            OF_TEETH[name]: values.pop(name) for name in tooth_axes
+            OF_TEETH[name]: values[name] for name in OF_TEETH.keys() & values.keys()
         }
         try:
             model = replace(self.model, **tooth_values)
         except ValueError as error:
             raise InputError(str(error)) from None
-        changed_keys = {
-            KEY_OF_AXIS.get(name, name): value for name, value in values.items()
-        }
-        gears = self._gear_set_with_values(tuple(changed_keys.items()))
+        gears = self._gear_set_with_values(tuple(_keys_of(values).items()))
         arguments = gears, torque, model, self.excitations
         return lumped_system(*arguments, self._reference_system)
 
@@ -244,6 +258,15 @@ class ParametricProblem(TrainProblem):
             notes=self.notes,
             warnings=(*rest_warnings, *warnings),
         )
+
+
+def _keys_of(values: Mapping[str, float]) -> dict[str, float]:
+    """Values of keys of the gear set, whole numbers as such, by those of axes."""
+    return {
+        KEY_OF_AXIS.get(name, name): int(value) if float(value).is_integer() else value
+        for name, value in values.items()
+        if name != TORQUE and name not in OF_TEETH
+    }
 
 
 def digest(gear_set: GearSet) -> str:

@@ -46,8 +46,9 @@ reason = "a test"
 """
 PLANE = 'plane = "stress"\n' + HELICAL
 ECCENTRIC = HELICAL.replace('"one"\nteeth', '"one"\neccentricity_um = 5\nteeth')
-LIGHT = HELICAL.replace("helix_angle_deg = 20\n", "inertia_kg_m2 = 1e-6\n")
-LIGHT = LIGHT.replace("center_distance_mm = 80", "center_distance_mm = 75.2")
+SPUR = HELICAL.replace("helix_angle_deg = 20\n", "")
+SPUR = SPUR.replace("center_distance_mm = 80", "center_distance_mm = 75.2")
+LIGHT = SPUR.replace("face_width_mm", "inertia_kg_m2 = 1e-6\nface_width_mm", 1)
 WIDE = HELICAL.replace("= 30\n", "= 1200\n")
 ELEMENTS = ("sweep", "motion", "signals", "faults", "theory", "map", "branches")
 ELEMENTS += ("bifurcations",)
@@ -116,6 +117,15 @@ def test_refused_before_anything_is_computed(capsys, text, message, command):
     Path("case.toml").write_text(CASE, "utf-8")
     error = refused(capsys, *arguments_of(command))
     assert message in error
+
+
+@pytest.mark.parametrize("command", ["bifurcations --at 1500", "stability"])
+def test_values_of_an_axis_are_refused_before_anything_is_computed(capsys, command):
+    """Those of a map are points that are impossible, with the reason."""
+    Path("set.toml").write_text(SPUR, "utf-8")
+    over = " --over gear.one.profile_shift=0,-0.1,3"
+    error = refused(capsys, *arguments_of(command + over))
+    assert 'gear "one": profile_shift = 3; must be at most' in error
 
 
 @pytest.mark.parametrize("command", ["stiffness", "export", "rattle gears"])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
@@ -214,10 +215,17 @@ def test_a_reader_that_has_gone_ends_a_command_without_a_word(arguments):
     assert (done.returncode, done.stderr) == (141, "")
 
 
-def test_what_is_printed_at_the_end_has_gone_as_well(monkeypatch):
-    def flush():
-        raise BrokenPipeError(32, "Broken pipe")
+def test_what_is_printed_at_the_end_has_gone_as_well(monkeypatch, tmp_path):
+    class Gone(io.StringIO):
+        """Others may close the file of a stream that fails."""
+
+        def flush(self):
+            raise BrokenPipeError(32, "Broken pipe")
+
+        def fileno(self):
+            return file.fileno()
 
     monkeypatch.setattr("fegear.cli._close_full_output", lambda: None)
-    monkeypatch.setattr(sys.stdout, "flush", flush)
-    assert run(["sets"]) == 141
+    with (tmp_path / "f").open("wb") as file:
+        monkeypatch.setattr(sys, "stdout", Gone())
+        assert run(["sets"]) == 141

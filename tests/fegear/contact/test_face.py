@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import make_gear, make_helical
 
-from fegear.contact.face import FaceContact, slice_places
+from fegear.contact.face import FaceContact, largest_of_bands, slice_places
 from fegear.contact.path import face_along_path
 from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.solve import back_side_position, solve_cycle
@@ -244,3 +244,30 @@ def test_loads_of_one_tooth_along_the_path():
 def test_widths_must_fit():
     with pytest.raises(ValueError, match="must be within"):
         problem(width=1.1 * WIDTH)
+
+
+@pytest.mark.parametrize("slices", [1, 7, 24])
+def test_a_band_is_a_slice_where_those_are_wide(slices):
+    values = np.random.default_rng(slices).uniform(size=(2, slices))
+    assert largest_of_bands(values) == pytest.approx(values.max(axis=1), rel=1e-13)
+
+
+@pytest.mark.parametrize("slices", [25, 33, 36, 90])
+def test_the_largest_band_is_that_of_a_sliding_mean(slices):
+    values = np.random.default_rng(slices).uniform(size=slices)
+    fine = np.repeat(values, 240)  # a band is slices * 10 of them
+    length = slices * 10
+    sliding = np.convolve(fine, np.full(length, 1.0 / length), "valid")
+    assert largest_of_bands(values) == pytest.approx(sliding.max(), rel=1e-12)
+
+
+def test_bands_at_a_sharp_edge_do_not_depend_on_slices():
+    """The load per length grows as the root of the distance from the edge falls."""
+    slices, bands = [], []
+    for count in (24, 48, 96, 192):
+        sums = np.sqrt(np.linspace(0.0, 1.0, count + 1))
+        values = count * np.diff(sums)
+        slices.append(values.max())
+        bands.append(float(largest_of_bands(values)))
+    assert slices[-1] > 2.5 * slices[0]
+    assert bands == pytest.approx([bands[0]] * 4, rel=1e-12)

@@ -22,6 +22,7 @@ from fegear.commands.new.rexs.stages import (
     is_internal,
     ratios_from_input,
 )
+from fegear.commands.new.rexs.thickness_series import thinning_of_series
 from fegear.files.errors import InputError
 from fegear.files.toml import toml_text, toml_value
 
@@ -29,6 +30,10 @@ NO_TORQUE = "torque: none is stated; add [load], or give it to commands"
 SHIFT_TOLERANCE = 1e-3  # of profile shifts that a file states twice
 SHIFT_ATTRIBUTES = ("addendum_modification_coefficient", "profile_shift_coefficient")
 TOOL_KINDS = ("rack_shaped_tool", "cutter_wheel_tool")  # of external, internal gears
+SERIES_ATTRIBUTES = (
+    "tooth_thickness_deviation_tolerance_series_din_3967_1978",
+    "din_3967_deviation_tolerance_series",
+)
 # of the reference diameter, of a bore that the file does not state
 DEFAULT_HUB = 0.6
 DEFAULT_RIM_MODULES = 3.0  # between root and outside of an internal gear
@@ -76,14 +81,14 @@ class _GearSetConversion:
         entry["face_width_mm"] = gear.require_quantity("face_width", "length")
         if is_internal(gear):
             entry["rim_radius_mm"] = self._rim_radius(gear, entry)
-            self.assumed.append(f"tooth thickness of {gear.label}: without thinning")
-            return entry | self._material_values(gear)
+            thickness = self._thinning_values(gear, sources, entry)
+            return entry | thickness | self._material_values(gear)
         entry["hub_diameter_mm"] = self._bore_diameter(gear, entry)
-        return (
-            entry
-            | self._span_values(gear, sources, entry)
-            | self._material_values(gear)
-        )
+        if self._has_span_measurement(sources):
+            thickness = self._span_values(sources)
+        else:
+            thickness = self._thinning_values(gear, sources, entry)
+        return entry | thickness | self._material_values(gear)
 
     def _helix_values(self, gear: Component) -> dict[str, Any]:
         """Helix and, where its sign says so, hand: right if it is positive."""
@@ -268,19 +273,42 @@ class _GearSetConversion:
         names = "span_measurement", "number_of_teeth_for_span_measurement"
         return all(any(n in s.attributes for s in sources) for n in names)
 
-    def _span_values(
-        self, gear: Component, sources: list[Component], entry: dict[str, Any]
-    ) -> dict[str, Any]:
-        if not self._has_span_measurement(sources):
-            self.assumed.append(
-                f"tooth thickness of {gear.label}: without thinning, no "
-                "span_measurement with number_of_teeth_for_span_measurement"
-            )
-            return {}
+    def _span_values(self, sources: list[Component]) -> dict[str, Any]:
         span = self._agreed_value(sources, "span_measurement", "length")
         name = "number_of_teeth_for_span_measurement"
         source = next(s for s in sources if name in s.attributes)
         return {"span_mm": span, "span_teeth": source.require_integer(name)}
+
+    def _thinning_values(
+        self, gear: Component, sources: list[Component], entry: dict[str, Any]
+    ) -> dict[str, Any]:
+        """Thinning in the middle of the tolerance, where a series is stated."""
+        where = f"tooth thickness of {gear.label}"
+        stated = [
+            source.attributes[name].value
+            for source in sources
+            for name in SERIES_ATTRIBUTES
+            if name in source.attributes
+        ]
+        if not stated:
+            self.assumed.append(
+                f"{where}: without thinning, no span_measurement with "
+                f"number_of_teeth_for_span_measurement and no {SERIES_ATTRIBUTES[0]}"
+            )
+            return {}
+        series, cosine = str(stated[0]), _helix_cosine(entry)
+        diameter = float(entry["module_mm"] * entry["teeth"]) / cosine
+        try:
+            least, largest = thinning_of_series(series, diameter)
+        except InputError as error:
+            self.assumed.append(f"{where}: without thinning, {error}")
+            return {}
+        self.assumed.append(
+            f"{where}: middle of {least:g} to {largest:g} um in the normal section, by "
+            f"{series} of DIN 3967"
+        )
+        # the key is across the axis
+        return {"tooth_thinning_um": round(0.5 * (least + largest) / cosine, 1)}
 
     def _material_values(self, gear: Component) -> dict[str, float]:
         """Elastic values and density, of the gear's material or its shaft's."""

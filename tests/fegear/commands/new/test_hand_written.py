@@ -12,6 +12,8 @@ import pytest
 
 from fegear.commands.new.rexs import convert_gearbox
 from fegear.commands.new.rexs.reading import parse_rexs
+from fegear.commands.new.rexs.thickness_series import DIAMETERS_MM, thinning_of_series
+from fegear.commands.new.study import problems_of
 from fegear.files.errors import InputError
 from fegear.gearset.read import read_gear_set
 
@@ -391,3 +393,78 @@ def test_helices_of_one_sign_are_magnitudes():
         math.copysign(1, g.geometry.twist) for g in read_gear_set(result.text).gears
     ]
     assert signs[2] == -signs[3]
+
+
+# tolerances of series 21 to 30 by reference diameter, as the standard prints them [um]
+TOLERANCES = """
+3 5 8 12 20 30 50 80 130 200
+5 8 12 20 30 50 80 130 200 300
+6 10 16 25 40 60 100 160 250 400
+8 12 20 30 50 80 130 200 300 500
+10 16 25 40 60 100 160 250 400 600
+12 20 30 50 80 130 200 300 500 800
+16 25 40 60 100 160 250 400 600 1000
+20 30 50 80 130 200 300 500 800 1300
+25 40 60 100 160 250 400 600 1000 1600
+30 50 80 130 200 300 500 800 1300 2000
+40 60 100 160 250 400 600 1000 1600 2400
+"""
+
+
+def test_tolerances_of_series_are_those_of_the_standard():
+    printed = [list(map(float, row.split())) for row in TOLERANCES.split("\n")[1:-1]]
+    assert printed == [
+        [thinning_of_series(f"h{number}", diameter)[1] for number in range(21, 31)]
+        for diameter in DIAMETERS_MM
+    ]
+    # of the wheels of many drawings
+    assert thinning_of_series("cd25", 50.0) == (54.0, 84.0)
+    assert thinning_of_series("CD25", 50.1) == (70.0, 110.0)
+
+
+@pytest.mark.parametrize("series", ["cd20", "cd31", "i25", "25", "", "cd 25"])
+def test_what_is_no_series_is_refused(series):
+    with pytest.raises(InputError, match="allowed are a, ab, b"):
+        thinning_of_series(series, 50.0)
+
+
+def with_attribute(text: str, number: int, name: str, value: str) -> str:
+    place = text.index(">", text.index(f'<component id="{number}"')) + 1
+    return f'{text[:place]}<attribute id="{name}">{value}</attribute>{text[place:]}'
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "tooth_thickness_deviation_tolerance_series_din_3967_1978",
+        "din_3967_deviation_tolerance_series",
+    ],
+)
+def test_a_series_of_tolerances_thins_teeth(name):
+    result = converted(with_attribute(helical(), 31, name, "c25"))
+    wheel = tomllib.loads(result.text)["gear"][3]
+    # 122.4 mm: 85 to 125 um in the normal section
+    assert wheel["tooth_thinning_um"] == round(105.0 / math.cos(0.2), 1)
+    assert "85 to 125 um in the normal section, by c25" in "\n".join(result.assumed)
+    plain = read_gear_set(converted(helical()).text).meshes[1]
+    assert read_gear_set(result.text).meshes[1].pair.backlash > plain.pair.backlash
+
+
+def test_an_unknown_series_is_said():
+    name = "din_3967_deviation_tolerance_series"
+    result = converted(with_attribute(document(), 31, name, "z99"))
+    assert "tooth_thinning_um" not in result.text
+    assert "without thinning, series 'z99' of DIN 3967" in "\n".join(result.assumed)
+
+
+def test_all_bad_pairs_are_listed():
+    text = document().replace('unit="mum">91500.0', 'unit="mum">91000.0')
+    assert text != document()
+    assert problems_of(converted(document())) == ()
+    (only,) = problems_of(converted(text))
+    assert 'mesh "gear (22)"' in only
+    other = text.replace('unit="mm">70.5', 'unit="mm">70.1')
+    assert other != text
+    first, second = problems_of(converted(other))
+    assert 'mesh "Rad (11)"' in first
+    assert second == only

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from fegear import load_gear_set
 from fegear.cli import app
-from fegear.commands.new.study import gear_set_of_rexs, problem_of
+from fegear.commands.new.study import gear_set_of_rexs, problems_of
 from fegear.files.errors import InputError
 
 TREE = RexsWriter(load_gear_set("liu-countershaft")).tree()
@@ -67,7 +67,7 @@ def damaged(text: str, chance: random.Random) -> bytes:
 def refusal(path: Path) -> str:
     """Why a file is refused, or nothing where it is read."""
     try:
-        assert "\n" not in problem_of(gear_set_of_rexs(path))
+        assert "\n" not in "".join(problems_of(gear_set_of_rexs(path)))
     except InputError as error:
         return str(error)
     return ""
@@ -102,6 +102,6 @@ def test_a_gear_set_that_is_refused_is_written_with_its_problem(tmp_path):
     path.write_text(text)
     result = CliRunner().invoke(app, ["new", "--from", str(path), "-o", str(target)])
     assert result.exit_code == 0
-    assert "to mend: gear set: " in result.stdout
+    assert "to mend: gear " in result.stdout
     assert "tip_diameter_mm = 97" in result.stdout
     assert target.exists()
