@@ -1,4 +1,4 @@
-"""Contact and vibration of gears by plane finite elements and lumped models.
+"""Contact and vibration of gears by finite elements and lumped models.
 
 Functions and studies take a gear set and frozen settings, and give frozen results. All
 values are in SI units. A mesh is chosen by its number from 1, as in files and commands.

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import wraps
-from inspect import signature
 from typing import ParamSpec, TypeVar
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.torque_limits import TORQUE, TORQUE_LIMITS
-from lumped.common.checks import format_number, format_value, require_arguments, shorten
+from lumped.common.checks import (
+    bound_arguments,
+    format_number,
+    format_value,
+    require_arguments,
+    shorten,
+)
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -21,7 +26,7 @@ def public(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        arguments = signature(function).bind(*args, **kwargs).arguments
+        arguments = bound_arguments(function, args, kwargs)
         if "gear_set" in arguments:
             require_gear_set(arguments["gear_set"])
         require_arguments(function, arguments)

@@ -42,14 +42,17 @@ def file_digests(names: Iterable[str]) -> Iterator[tuple[str, str]]:
 def exact_repr(value: Any) -> str:
     """`repr` of a value in which arrays are digests of their content.
 
-    NumPy shortens long arrays, and results show sizes only.
+    NumPy shortens long arrays, and results show sizes only. Fields that are neither
+    compared nor shown are no part of a value.
     """
     if isinstance(value, np.ndarray):
         content = content_digest(np.ascontiguousarray(value).tobytes())
         return f"<array {value.dtype} {value.shape} {content}>"
     if is_dataclass(value) and not isinstance(value, type):
         parts = (
-            f"{f.name}={exact_repr(getattr(value, f.name))}" for f in fields(value)
+            f"{f.name}={exact_repr(getattr(value, f.name))}"
+            for f in fields(value)
+            if f.compare or f.repr
         )
         return f"{type(value).__qualname__}({', '.join(parts)})"
     if isinstance(value, Mapping):

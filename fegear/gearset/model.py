@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.faults.tooth_faults import NO_FAULTS, Faults
@@ -210,6 +211,14 @@ class PlanetCarrier(ShortRepr):
 
 
 @dataclass(frozen=True, kw_only=True)
+class Origin:
+    """Where a gear set was read: name or path, and what was changed by key."""
+
+    name: str
+    edits: Mapping[str, Any]
+
+
+@dataclass(frozen=True, kw_only=True)
 class GearSet(ShortRepr):
     """Gears, their meshes and shafts.
 
@@ -234,6 +243,8 @@ class GearSet(ShortRepr):
         Sentences on what the file did not give and how it was inferred.
     carrier : fegear.gearset.model.PlanetCarrier or None, optional
         Carrier of the planets of a planetary set.
+    origin : fegear.gearset.model.Origin or None, optional
+        Where it was read, with what was changed; no part of what it is.
 
     Raises
     ------
@@ -256,6 +267,7 @@ class GearSet(ShortRepr):
     damping_ratio: float | None = None
     inferences: tuple[str, ...] = ()
     carrier: PlanetCarrier | None = None
+    origin: Origin | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         require_fields(self)

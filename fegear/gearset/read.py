@@ -7,6 +7,7 @@ import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import deepcopy
+from dataclasses import replace
 from importlib import resources
 from importlib.resources.abc import Traversable
 from os import PathLike, fspath
@@ -21,7 +22,7 @@ from fegear.files.kinds import KIND_OF_ENDING, kind_of_text, require_kind
 from fegear.files.output import read_text
 from fegear.gearset.build import build_gear_set
 from fegear.gearset.edit import edited
-from fegear.gearset.model import GearSet
+from fegear.gearset.model import GearSet, Origin
 from fegear.gearset.problems import first_problem
 from fegear.gearset.refusals import Refusal
 from fegear.gearset.schema import Document, with_defaults
@@ -61,8 +62,10 @@ def load_gear_set(
     >>> fegear.load_gear_set("liu-pair").name
     'liu-pair'
     """
-    name = fspath(name_or_path)
-    return _make_gear_set_from_text(*_text_and_source(name), edits, _folder_of(name))
+    name, changes = fspath(name_or_path), dict(edits or {})
+    text, source = _text_and_source(name)
+    gear_set = _make_gear_set_from_text(text, source, changes, _folder_of(name))
+    return replace(gear_set, origin=Origin(name=name, edits=changes))
 
 
 def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:

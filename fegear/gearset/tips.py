@@ -323,6 +323,11 @@ def _equal_addendum(
             bound = Bound("must be above", max(0.0, least_ratio), reason)
         key = Key("mesh", mesh.label, ("contact_ratio",))
         stated_ratio = f"{mesh.label}: contact_ratio = {shown(contact_ratio)}"
+        if most_ratio <= 0.0:
+            distance = f"{mesh_spacing.center_distance / MM:.6g} mm"
+            raise InputError(
+                f"{stated_ratio}; no teeth touch at a distance of {distance}"
+            )
         raise Refusal(key, stated_ratio, bound)
     return bisected(
         lambda addendum: ratio(addendum) < contact_ratio,

@@ -126,7 +126,7 @@ def read_mesh_tables(
     Returns
     -------
     GivenTables
-        Tables, which `LumpedModel` takes as `stiffness`.
+        Tables, which `LumpedModel` takes as `excitation`.
 
     Raises
     ------

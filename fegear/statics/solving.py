@@ -46,6 +46,7 @@ from fegear.statics.mesh_table import (
 from fegear.statics.root_stress import RootStresses, relative_change, root_stresses
 from fegear.statics.settings import MAX_ROWS, RESOLUTIONS, Resolution, StaticsSettings
 from lumped.common.array_types import Array
+from lumped.common.checks import plain_numbers
 from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable
 from meshes import MeshSize
@@ -157,6 +158,7 @@ def _torques_to_solve(
 ) -> Sequence[float]:
     """Torques on the driver [N m], by default the gear set's load cases."""
     name = "torques_on_driver"
+    chosen = plain_numbers(chosen)
     torques = (chosen,) if isinstance(chosen, int | float) else tuple(chosen)
     for torque in torques:
         require_torque(name, torque, "the driver")

@@ -105,12 +105,16 @@ def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
     infinite : fields whose number may also be infinite
     """
     for name, (kind, allowed) in _field_types(settings.__class__).items():
-        value = getattr(settings, name)
-        if value is not (plain := plain_numbers(value)):
+        given = value = getattr(settings, name)
+        if type(given) is list and get_origin(kind) is tuple:
+            value = tuple(given)
+        if given is not (plain := plain_numbers(value)):
             object.__setattr__(settings, name, plain)
             value = plain
-        if allowed is not None and (is_number(value) or not _matches_type(value, kind)):
-            require_in(name, value, allowed, _words_of_type(kind))
+        words = _words_of_type(kind)
+        is_other = bool(words) and not _matches_type(value, kind)
+        if allowed is not None and (is_number(value) or is_other):
+            require_in(name, value, allowed, words)
         if not (name in infinite and is_number(value) and value == math.inf):
             require_kind(name, value, kind)
 
@@ -144,11 +148,24 @@ def check_arguments(function: Callable[P, R]) -> Callable[P, R]:
 
     @wraps(function)
     def run(*args: P.args, **kwargs: P.kwargs) -> R:
-        arguments = signature(function).bind(*args, **kwargs).arguments
-        require_arguments(function, arguments)
+        require_arguments(function, bound_arguments(function, args, kwargs))
         return function(*args, **kwargs)
 
     return run
+
+
+def bound_arguments(
+    function: Callable[..., Any], args: Sequence[Any], kwargs: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Arguments of a call by their names; TypeError lists those that there are."""
+    its_signature = signature(function)
+    try:
+        return its_signature.bind(*args, **kwargs).arguments
+    except TypeError as error:
+        names = ", ".join(its_signature.parameters)
+        raise TypeError(
+            f"{function.__name__}: {error}; its arguments are {names}"
+        ) from None
 
 
 def require_arguments(

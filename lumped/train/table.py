@@ -9,7 +9,7 @@ beyond the required ones may be missing or extra.
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -30,7 +30,7 @@ INTEGER_COLUMNS = ("n_pairs",)
 class MeshTable(ShortRepr):
     """Table of one mesh at t torques on the driver and n positions.
 
-    A column is taken by its name, ``table["ste_m"]``.
+    A column is taken by its name, ``table["ste_m"]``, torques and positions too.
 
     Parameters
     ----------
@@ -81,10 +81,30 @@ class MeshTable(ShortRepr):
         object.__setattr__(self, "header", MappingProxyType(dict(self.header)))
 
     def __getitem__(self, name: str) -> Array:
+        if name in REQUIRED_COLUMNS[:2]:
+            return np.asarray(getattr(self, name))
         try:
             return self.columns[name]
         except KeyError:
-            raise TableError(f"the mesh table has no column {name}") from None
+            listed = ", ".join(self)
+            raise TableError(
+                f"the mesh table has no column {name}; it has {listed}"
+            ) from None
+
+    def __contains__(self, name: object) -> bool:
+        return name in tuple(self)
+
+    def __iter__(self) -> Iterator[str]:
+        """Names of all columns, in the order of files."""
+        yield from REQUIRED_COLUMNS[:2]
+        yield from self.columns
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickled by what it is made of: proxies of mappings are not."""
+        return MeshTable, (
+            *(self.torque_Nm, self.position),
+            *(dict(self.columns), dict(self.header)),
+        )
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, MeshTable):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 from fegear.boundary import require_gear_set
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
+from fegear.files.toml import toml_value
 from fegear.gearset import load_gear_set
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.faults.checks import require_no_faults, require_nominal
@@ -48,10 +50,21 @@ class GearSetRef(ShortRepr):
 
     @classmethod
     def of(cls, value: str | GearSet) -> GearSetRef:
-        """A gear set by its name, or itself."""
+        """A gear set by its name, or itself.
+
+        One that was loaded and is as it was is that of its name and edits, which files
+        and commands have.
+        """
         if isinstance(value, str):
             return cls(name=value)
         require_gear_set(value)
+        with suppress(InputError):
+            if value.origin and value == load_gear_set(
+                value.origin.name, value.origin.edits
+            ):
+                changes = value.origin.edits.items()
+                edits = tuple(f"{key}={toml_value(new)}" for key, new in changes)
+                return cls(name=value.origin.name, edits=edits)
         return cls(name=value.name, preloaded=value)
 
     @cached_property
@@ -93,7 +106,10 @@ class GearSetRef(ShortRepr):
         if self.preloaded is None:
             return load_gear_set(self.name, changes)
         if changes:
-            raise InputError(f"{', '.join(changes)}: needs a gear set by its name")
+            raise InputError(
+                f"{', '.join(changes)}: needs the name of a gear set or of its file, "
+                "this one was made in Python"
+            )
         return self.preloaded
 
     def rejection(self, text: str, reason: str) -> InputError:

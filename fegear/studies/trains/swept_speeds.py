@@ -44,6 +44,8 @@ class SweptSpeeds:
                 f"{shown}; must rise; {falling_speeds} passes them from the highest "
                 "to the lowest"
             )
+        # others in rising order, each once, as they are passed
+        object.__setattr__(self, name, tuple(sorted(set(speeds))))
 
     @property
     def directions(self) -> tuple[Direction, ...]:
