@@ -105,16 +105,16 @@ def require_fields(settings: Any, infinite: Collection[str] = ()) -> None:
     infinite : fields whose number may also be infinite
     """
     for name, (kind, allowed) in _field_types(settings.__class__).items():
-        given = value = getattr(settings, name)
-        if type(given) is list and get_origin(kind) is tuple:
-            value = tuple(given)
-        if given is not (plain := plain_numbers(value)):
+        value = plain = getattr(settings, name)
+        if type(value) is list and get_origin(kind) is tuple:
+            plain = tuple(value)
+        if value is not (plain := plain_numbers(plain)):
             object.__setattr__(settings, name, plain)
             value = plain
-        words = _words_of_type(kind)
-        is_other = bool(words) and not _matches_type(value, kind)
+        choices = _words_of_type(kind)
+        is_other = bool(choices) and not _matches_type(value, kind)
         if allowed is not None and (is_number(value) or is_other):
-            require_in(name, value, allowed, words)
+            require_in(name, value, allowed, choices)
         if not (name in infinite and is_number(value) and value == math.inf):
             require_kind(name, value, kind)
 

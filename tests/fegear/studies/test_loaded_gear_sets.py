@@ -26,8 +26,8 @@ WAVES = fegear.LumpedModel(
 def test_what_was_changed_is_in_the_command_and_read_back():
     gears = fegear.load_gear_set("liu-pair", EDITS)
     study = fegear.MeshStiffness(gears, elements=COARSE)
-    words = study.argv
-    assert [words[i + 1] for i, word in enumerate(words) if word == "--set"] == [
+    argv = study.argv
+    assert [argv[i + 1] for i, word in enumerate(argv) if word == "--set"] == [
         "mesh.1.tip_relief.magnitude_um=10",
         "gear.idler.profile_shift=0.05",
         "mesh.1.driver_lead={ crowning_um = 3.5 }",
