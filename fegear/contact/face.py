@@ -161,7 +161,7 @@ class FaceLoads(ShortRepr):
 
     @property
     def slice_factor(self) -> Array:
-        """Factor as `distribution_factor`, of the largest slice: no limit at an edge."""
+        """Factor as `distribution_factor`, of the largest slice, which has no limit."""
         mean = self.per_width.mean(axis=1)
         return np.asarray(mean.max(axis=1) / mean.mean(axis=1))
 

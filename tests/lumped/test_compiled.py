@@ -118,6 +118,7 @@ def test_other_users_of_numba_keep_their_cache_directory():
 def test_the_first_compilation_is_said_once(monkeypatch, caplog, cached, level):
     if not cached:
         monkeypatch.setattr(module, "kernel_cache", lambda folder: None)
+    monkeypatch.delenv(module.PLAIN_VARIABLE, raising=False)  # that is a warning
     watch = module.CompileClock()
     event.register("numba:compile", watch)
     caplog.set_level("INFO", "lumped")

@@ -8,7 +8,10 @@ import sys
 
 import pytest
 
+from lumped.common.compiled import is_linked
 from lumped.common.sealed_cache import DIGEST_SIZE
+
+pytestmark = pytest.mark.skipif(not is_linked(), reason="kernels are compiled plainly")
 
 PARTS = """
 from lumped.common.compiled import (
