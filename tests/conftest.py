@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import getpass
+import hashlib
 import math
 import os
 import shutil
 import signal
+import tempfile
+import time
 from dataclasses import asdict
+from pathlib import Path
 
 # before numpy is loaded: workers that share the cores wait for each other's threads
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -27,6 +32,8 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 hypothesis.settings.register_profile("fixed", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("fixed")
 
+ROOT = Path(__file__).parents[1]
+DAY_S = 86400.0
 MODULE = 2.54e-3
 ADDENDUM = 2.74842621e-3  # gives contact ratio 1.504
 SMALL_HUBS = {  # liu-pair as in liu-idler-small-hubs: its bodies yield more
@@ -37,15 +44,46 @@ SMALL_HUBS = {  # liu-pair as in liu-idler-small-hubs: its bodies yield more
 
 
 @pytest.fixture(scope="session", autouse=True)
-def private_cache(tmp_path_factory):
-    """Never read compliances that an older program has left behind."""
+def compliance_cache():
+    """Compliances of the program as it is, shared by all processes and later runs.
+
+    Those that another state of the program has left behind are never read.
+    """
     before = os.environ.get("FEGEAR_CACHE_DIR")
-    os.environ["FEGEAR_CACHE_DIR"] = str(tmp_path_factory.mktemp("cache"))
+    os.environ["FEGEAR_CACHE_DIR"] = str(cache_of_sources())
     yield
     if before is None:
         del os.environ["FEGEAR_CACHE_DIR"]
     else:
         os.environ["FEGEAR_CACHE_DIR"] = before
+
+
+@pytest.fixture(scope="session", autouse=True)
+def no_litter():
+    """Tests leave no files in the folder of the project."""
+    before = files_of_project()
+    yield
+    assert files_of_project() - before == set()
+
+
+def files_of_project() -> set[str]:
+    return {path.name for path in ROOT.iterdir() if path.is_file()}
+
+
+def cache_of_sources() -> Path:
+    """A folder that is named after the sources; those of a day ago are removed."""
+    digest = hashlib.sha256()
+    for package in ("fegear", "lumped", "meshes"):
+        for path in sorted((ROOT / package).rglob("*.py")):
+            digest.update(path.read_bytes())
+    parent = Path(tempfile.gettempdir()) / f"fegear-tests-{getpass.getuser()}"
+    folder = parent / digest.hexdigest()[:16]
+    folder.mkdir(parents=True, exist_ok=True)
+    os.utime(folder)
+    for other in parent.iterdir():
+        if time.time() - other.stat().st_mtime > DAY_S:
+            shutil.rmtree(other, ignore_errors=True)
+    return folder
 
 
 def center_distance_at(one: SpurGear, two: SpurGear, pressure_angle: float) -> float:

@@ -13,12 +13,12 @@ WIDTH = 25.4e-3
 
 
 @pytest.fixture(scope="session")
-def pinion_flank(pinion, private_cache):
+def pinion_flank(pinion, compliance_cache):
     return cached_flank_compliance(pinion, STEEL)
 
 
 @pytest.fixture(scope="session")
-def wheel_flank(wheel, private_cache):
+def wheel_flank(wheel, compliance_cache):
     return cached_flank_compliance(wheel, STEEL)
 
 

@@ -22,7 +22,7 @@ RELIEVED = {f"mesh.{m}.tip_relief.magnitude_um": 10 for m in (1, 2)}
 
 
 @pytest.fixture(scope="module")
-def elements(private_cache):
+def elements(compliance_cache):
     return Excitations(ExcitationSettings(positions=64))
 
 

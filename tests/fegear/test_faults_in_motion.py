@@ -50,7 +50,7 @@ FAULTS = {
 
 
 @pytest.fixture(scope="module")
-def elements(private_cache):
+def elements(compliance_cache):
     return Excitations(SOURCE)
 
 

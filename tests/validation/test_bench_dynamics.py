@@ -16,7 +16,7 @@ from validation.study.from_rest import run, subject, waveform_error
 
 
 @pytest.fixture(scope="module")
-def bench_of(private_cache):
+def bench_of(compliance_cache):
     excitations = Excitations()
 
     def make(gears):

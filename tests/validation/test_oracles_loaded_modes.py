@@ -26,7 +26,7 @@ SOURCE = ExcitationSettings(resolution="coarse", positions=64)
 
 
 @pytest.fixture(scope="module")
-def model(private_cache):
+def model(compliance_cache):
     """Of a pair with its modes up to 40 kHz or more."""
     gear_set, excitations = load_gear_set("liu-pair"), Excitations(SOURCE)
     reference = lumped_system(

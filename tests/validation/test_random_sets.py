@@ -264,7 +264,7 @@ def test_the_smallest_sets_have_the_fewest_teeth():
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("private_cache")
+@pytest.mark.usefixtures("compliance_cache")
 def test_a_gentle_set_from_end_to_end():
     measured = measure(random_gear_set(GENTLE), GENTLE, count=3)
     verdict = evaluate(measured)

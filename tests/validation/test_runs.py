@@ -109,7 +109,7 @@ def test_runs_of_another_program_are_refused(tmp_path, monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def few(tmp_path_factory, private_cache):
+def few(tmp_path_factory, compliance_cache):
     store = tmp_path_factory.mktemp("few")
     return store, runs.run_case(FEW, store)
 

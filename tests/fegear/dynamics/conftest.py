@@ -109,7 +109,7 @@ def edited(
 
 
 @pytest.fixture(scope="session")
-def case_of(private_cache) -> Callable[..., Case]:
+def case_of(compliance_cache) -> Callable[..., Case]:
     """Cases by what they differ in from the plain pair at 100 N m.
 
     edits : pairs of names and values; relief : [um] at all tips

@@ -45,7 +45,7 @@ SOURCE = ExcitationSettings(positions=64, resolution="coarse")
 
 
 @pytest.fixture(scope="module")
-def elements(private_cache):
+def elements(compliance_cache):
     return Excitations(SOURCE)
 
 

@@ -32,7 +32,7 @@ def example():
 
 
 @pytest.fixture(scope="module")
-def prepared(example, private_cache):
+def prepared(example, compliance_cache):
     tables = Excitations(ExcitationSettings(resolution="coarse", positions=64))
     reference = lumped_system(
         example, TORQUE, LumpedModel(number=1), excitations=tables

@@ -22,7 +22,7 @@ FULL = FiniteElements(fidelity="full", mesh=0.35)
 
 
 @pytest.fixture(scope="module")
-def made(private_cache):
+def made(compliance_cache):
     """Prepares a gear set at 100 N m."""
     tables = Excitations(ExcitationSettings(resolution="coarse", positions=64))
 

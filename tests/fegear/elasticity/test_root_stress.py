@@ -23,7 +23,7 @@ GEARS = ("driver", "driven")
 
 
 @pytest.fixture(scope="module")
-def liu_pair(private_cache):
+def liu_pair(compliance_cache):
     """Contact problem of the gear set, with friction."""
     settings = StaticsSettings(friction=0.1)
     return contact_problem(load_gear_set("liu-pair"), 0, settings)
@@ -91,7 +91,7 @@ def test_root_stress_converges_at_second_order(teeth, shift):
     assert 0.5 * np.log2(errors[0] / errors[2]) > 1.5
 
 
-def test_an_influence_is_read_from_the_cache_as_it_was(pinion, private_cache):
+def test_an_influence_is_read_from_the_cache_as_it_was(pinion, compliance_cache):
     coarse = MeshSize().refined(0.5)
     computed, read = (cached_root_influence(pinion, STEEL, coarse) for _ in range(2))
     assert computed is not read

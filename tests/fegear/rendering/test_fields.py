@@ -35,12 +35,12 @@ ROLES = ("driver", "driven")
 
 
 @pytest.fixture(scope="module")
-def scene(private_cache) -> MeshScene:
+def scene(compliance_cache) -> MeshScene:
     return mesh_scene(load_gear_set("liu-pair"), 0, StaticsSettings())
 
 
 @pytest.fixture(scope="module")
-def mirrored(private_cache) -> MeshScene:
+def mirrored(compliance_cache) -> MeshScene:
     """Its driver turns clockwise, and there is friction."""
     settings = StaticsSettings(friction=0.1)
     return mesh_scene(load_gear_set("liu-idler"), 1, settings)

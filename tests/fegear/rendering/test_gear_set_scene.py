@@ -38,12 +38,12 @@ ASPECT = 1.6
 
 
 @pytest.fixture(scope="module")
-def planetary(private_cache):
+def planetary(compliance_cache):
     return gear_set_scene(load_gear_set("planetary-24-36-96"), COARSE)
 
 
 @pytest.fixture(scope="module")
-def idler(private_cache):
+def idler(compliance_cache):
     settings = StaticsSettings(resolution="coarse", friction=0.1)
     return gear_set_scene(load_gear_set("liu-idler"), settings)
 
@@ -209,7 +209,7 @@ def test_turned_fields_keep_stress_and_load(planetary_field):
         np.testing.assert_allclose(x * v - y * u, math.sin(0.7), atol=1e-12)
 
 
-def test_the_smaller_gear_of_a_shaft_is_in_front(private_cache):
+def test_the_smaller_gear_of_a_shaft_is_in_front(compliance_cache):
     scene = gear_set_scene(load_gear_set("liu-countershaft"), COARSE)
     layers = [scene.layers[gear] for gear in range(4)]
     assert layers == [1, 1, 0, 0]
@@ -234,7 +234,7 @@ def test_turns_of_a_train_are_those_of_its_input():
     assert moments == [SetMoment(teeth * turn) for turn in (0.0, 0.5, 1.0, 1.5)]
 
 
-def test_phases_that_do_not_fit_the_centre_lines_are_refused(private_cache):
+def test_phases_that_do_not_fit_the_centre_lines_are_refused(compliance_cache):
     edits = {
         "mesh.1.center_line_deg": 0,
         "mesh.2.center_line_deg": 0,
@@ -247,7 +247,7 @@ def test_phases_that_do_not_fit_the_centre_lines_are_refused(private_cache):
     assert "\n" not in str(caught.value)
 
 
-def test_stress_of_a_whole_set(private_cache):
+def test_stress_of_a_whole_set(compliance_cache):
     """The torque is on the driver of the mesh that is named."""
     gears = load_gear_set("planetary-24-36-96")
     torque = input_torques(gears)[0]

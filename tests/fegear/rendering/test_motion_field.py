@@ -21,12 +21,12 @@ TORQUE = 100.0  # N m
 
 
 @pytest.fixture(scope="module")
-def scene(private_cache) -> MeshScene:
+def scene(compliance_cache) -> MeshScene:
     return mesh_scene(load_gear_set("liu-pair", SMALL_HUBS), 0, StaticsSettings())
 
 
 @pytest.fixture(scope="module")
-def mirrored(private_cache) -> MeshScene:
+def mirrored(compliance_cache) -> MeshScene:
     """Its driver turns clockwise, and there is friction."""
     settings = StaticsSettings(friction=0.1)
     return mesh_scene(load_gear_set("liu-idler"), 1, settings)
@@ -115,7 +115,7 @@ def test_back_flanks_touch_where_the_backlash_is_used_up(name, position, request
         assert min(np.hypot(*(peak - top)) for top in tops) < 0.3e-3
 
 
-def test_loads_and_pressures_are_those_of_the_history(tmp_path, private_cache):
+def test_loads_and_pressures_are_those_of_the_history(tmp_path, compliance_cache):
     """A motion that loses contact, as `fegear dynamics` writes it."""
     command = "dynamics liu-idler --torque 100 --speeds 1600 --direction up --history"
     options = "--fidelity quasistatic --resolution coarse"

@@ -24,7 +24,7 @@ SHOWN = ("von-mises", "principal", "displacement", "pressure")
 
 
 @pytest.fixture(scope="module")
-def scene(private_cache):
+def scene(compliance_cache):
     return mesh_scene(load_gear_set("liu-pair"), 0, StaticsSettings())
 
 

@@ -108,7 +108,7 @@ def test_a_spring_to_ground_holds_the_rotation():
     assert held.curves.kind(0) == "torsion"
 
 
-def test_forces_across_the_displacement_make_flutter_with_a_warning():
+def test_forces_across_the_displacement_make_flutter_with_a_warning(tmp_path):
     unstable = changed(*CROSS, points=3)
     (warning,) = unstable.summary["warnings"]
     assert warning.endswith("[W43]")
@@ -117,7 +117,7 @@ def test_forces_across_the_displacement_make_flutter_with_a_warning():
     assert part["from_rpm"] == 0.0
     assert min(row[3] for row in unstable.table.rows()) < 0.0
     with saved_figures() as figures:
-        unstable.draw("x.png")
+        unstable.draw(tmp_path / "x.png")
     assert "natural frequency [Hz]" in axis_labels(*figures)
     damped = [edit.replace("1e3", "1e5") for edit in CROSS]
     assert changed(*damped, points=3).summary["instabilities"] == []

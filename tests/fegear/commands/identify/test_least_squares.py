@@ -33,7 +33,7 @@ def pair():
 
 
 @pytest.fixture(scope="module")
-def model(pair, private_cache):
+def model(pair, compliance_cache):
     return stiffness_model(pair, [TORQUE], COARSE)
 
 

@@ -65,7 +65,7 @@ def run(*arguments: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def scene(private_cache):
+def scene(compliance_cache):
     return mesh_scene(load_gear_set("liu-pair"), 0, StaticsSettings())
 
 
