@@ -71,8 +71,11 @@ def files_of_project() -> set[str]:
 
 
 def cache_of_sources() -> Path:
-    """A folder that is named after the sources; those of a day ago are removed."""
-    digest = hashlib.sha256()
+    """A folder that is named after the sources; those of a day ago are removed.
+
+    Each choice of BLAS kernels has its own, as round-off differs.
+    """
+    digest = hashlib.sha256(os.environ.get("OPENBLAS_CORETYPE", "").encode())
     for package in ("fegear", "lumped", "meshes"):
         for path in sorted((ROOT / package).rglob("*.py")):
             digest.update(path.read_bytes())
