@@ -73,9 +73,10 @@ def files_of_project() -> set[str]:
 def cache_of_sources() -> Path:
     """A folder that is named after the sources; those of a day ago are removed.
 
-    Each choice of BLAS kernels has its own, as round-off differs.
+    Each choice of BLAS kernels and threads has its own, as round-off differs.
     """
-    digest = hashlib.sha256(os.environ.get("OPENBLAS_CORETYPE", "").encode())
+    choices = sorted(item for item in os.environ.items() if "BLAS" in item[0])
+    digest = hashlib.sha256(repr(choices).encode())
     for package in ("fegear", "lumped", "meshes"):
         for path in sorted((ROOT / package).rglob("*.py")):
             digest.update(path.read_bytes())
