@@ -1,4 +1,4 @@
-"""Where the time of the tests goes, by folder and by test.
+"""Times of the tests by folder and by test.
 
     python -m pytest -n 0 --junitxml=times.xml
     python tests/measured_times.py times.xml

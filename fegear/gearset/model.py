@@ -212,7 +212,7 @@ class PlanetCarrier(ShortRepr):
 
 @dataclass(frozen=True, kw_only=True)
 class Origin:
-    """Where a gear set was read: name or path, and what was changed by key."""
+    """Source of a gear set: its name or path, and the values that were set by key."""
 
     name: str
     edits: Mapping[str, Any]

@@ -31,7 +31,7 @@ MIN_RELIEF_SHARE = 0.01  # of the deflection, which a relief changes
 # relative, of what two laws of mechanics give for the same quantity
 MAX_IMBALANCE = 1e-3
 MAX_ERROR_ESTIMATE = 1e-2  # relative, of what two meshes give for it
-MAX_SLICE_CHANGE = 0.03  # relative, of the largest between two numbers of slices
+MAX_SLICE_CHANGE = 0.03  # relative, of the largest load per length by fewer slices
 
 
 def plausibility_warnings(
