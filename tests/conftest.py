@@ -18,12 +18,13 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
 import pytest
+from blas_tests import pytest_itemcollected
 from slow_tests import pytest_collection_modifyitems
 
 from meshes import GearPair, SpurGear
 from meshes.helical import HelicalGear
 
-__all__ = ["pytest_collection_modifyitems"]  # a hook of pytest
+__all__ = ["pytest_collection_modifyitems", "pytest_itemcollected"]  # hooks of pytest
 
 # commands that tests start take Ctrl-C even where these run in the background
 signal.signal(signal.SIGINT, signal.default_int_handler)

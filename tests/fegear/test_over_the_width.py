@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from wide_sets import HELICAL
 
 import fegear
 from fegear.commands.stiffness.face_figure import draw_face
@@ -20,17 +21,6 @@ from fegear.statics.face_problem import require_solvable, slices_over_width
 from fegear.statics.settings import RESOLUTIONS
 from fegear.statics.table_warnings import table_warnings
 
-HELICAL = {
-    "name": "helical",
-    "defaults": {"module_mm": 3.0, "helix_angle_deg": 18.0, "face_width_mm": 20.0},
-    "gear": [
-        {"name": "one", "teeth": 18, "hub_radius_mm": 14.0, "tooth_thinning_um": 60.0},
-        {"name": "two", "teeth": 25, "hub_radius_mm": 18.0},
-    ],
-    "mesh": [{"driver": "one", "driven": "two", "backlash_um": 60.0}],
-    "load": {"gear": "one", "torques_Nm": [60.0, 120.0]},
-    "dynamics": {"damping_ratio": 0.05},
-}
 COARSE = fegear.StaticsSettings(positions=8, resolution="coarse", root_stress=False)
 
 

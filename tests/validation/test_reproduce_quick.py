@@ -3,71 +3,95 @@
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterator, Mapping
-from fnmatch import fnmatchcase
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from pydantic import TypeAdapter
-from quick_figures import RECORDED, quick_values
+from quick_figures import (
+    ATOL,
+    RECORDED,
+    REVIEWED,
+    differences,
+    places_of,
+    quick_values,
+    record_of,
+)
+from source_files import ROOT
 
 from validation.commands.reproduce.source_figures import figure_numbers, load_figure
 from validation.study.data_files import few_speeds, parsed_speeds
 
-RTOL, ATOL = 1e-4, 1e-9
-# of values that depend on the last bit, by figure, part and value
-LOOSE_RTOL: Mapping[str, float] = {
-    # chaotic motions, whose points part within few periods: 3 to 9 % between processors
-    "3.12/*/*exponent*": 0.5,
-    "3.11/sweep-pi-4/*": 0.03,  # averages of such motions, 0.4 to 0.8 %
-    # noise of 20 turns of such motions: the median 0.7 %, the largest 15 %
-    "rattle-table-6.1/*": 0.3,
-    "rattle-6.3/*": 0.3,
-}
-# of lists whose length depends on it as well: how many values are the same everywhere
-FIRST: Mapping[str, int] = {
-    # of a chaotic motion; the smaller peaks pass the limit on some processors
-    "3.11b/spectra/speed2.mesh2.peaks": 2,
-}
+CHANGED = Path("build", "quick-figures")
 
 
-def rtol_of(number: str, part: str, name: str) -> float:
-    place = f"{number}/{part}/{name}"
-    return next((r for key, r in LOOSE_RTOL.items() if fnmatchcase(place, key)), RTOL)
-
-
-def numbers_in(values: Any) -> Iterator[float | None]:
-    """Numbers of lists in lists, in order."""
-    if isinstance(values, list | tuple):
-        for value in values:
-            yield from numbers_in(value)
-    else:
-        yield None if values is None or math.isnan(values) else values
+def recorded_figures() -> dict[str, Any]:
+    return json.loads(RECORDED.read_text())
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", figure_numbers())
 def test_a_quick_figure_gives_what_is_recorded(number, tmp_path):
-    recorded = json.loads(RECORDED.read_text())[number]
-    computed = quick_values(number, tmp_path)
-    assert {part: sorted(values) for part, values in computed.items()} == {
-        part: sorted(values) for part, values in recorded.items()
-    }
-    for part, values in computed.items():
-        for name, value in values.items():
-            count = FIRST.get(f"{number}/{part}/{name}")
-            numbers, expected = (
-                list(numbers_in(v))[:count] for v in (value, recorded[part][name])
-            )
-            place = f"{part}, {name}"
-            assert [v is None for v in numbers] == [v is None for v in expected], place
-            close = pytest.approx(
-                [v for v in expected if v is not None],
-                rel=rtol_of(number, part, name),
-                abs=ATOL,
-            )
-            assert [v for v in numbers if v is not None] == close, place
+    """All values of one that does not are written, to compare with those before."""
+    values = quick_values(number, tmp_path)
+    lines = list(differences(places_of(number, values), recorded_figures()[number]))
+    if lines:
+        path = ROOT / CHANGED / f"{number}.json"
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(values, indent=1, sort_keys=True))
+        lines.append(f"all values: {path}")
+    assert lines == []
+
+
+PLACES: dict[str, float | None] = {
+    **{f"9.9/curve/y/{i}": 10.0 ** (i - 14) / 3.0 for i in range(20)},
+    "9.9/curve/lost/0": None,
+    "9.9/printed/peak/0": 2100.0,
+}
+
+
+def lines_of(changed: Mapping[str, float | None]) -> list[str]:
+    return list(differences(dict(changed), record_of(dict(PLACES))))
+
+
+@pytest.mark.parametrize("place", [p for p, v in PLACES.items() if v is not None])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_change_of_any_value_is_seen(place, sign):
+    value = PLACES[place]
+    change = max(3e-4 * value, 3.0 * ATOL)
+    assert lines_of(PLACES | {place: value + sign * change})
+
+
+def test_round_off_is_not_seen():
+    random = np.random.default_rng(1)
+    for _ in range(20):
+        changed = {
+            place: value and value * (1.0 + 1e-7 * random.standard_normal())
+            for place, value in PLACES.items()
+        }
+        assert lines_of(changed) == []
+
+
+def test_lost_new_renamed_and_exchanged_values_are_seen():
+    y = [f"9.9/curve/y/{i}" for i in (12, 13)]
+    fewer = {place: value for place, value in PLACES.items() if place != y[0]}
+    for changed in (
+        fewer,
+        fewer | {"9.9/curve/x/12": PLACES[y[0]]},
+        PLACES | {"9.9/curve/y/20": 1.0},
+        PLACES | {y[0]: None},
+        PLACES | {"9.9/curve/lost/0": 1.0},
+        PLACES | {y[0]: PLACES[y[1]], y[1]: PLACES[y[0]]},
+    ):
+        assert lines_of(changed)
+
+
+def test_records_are_short():
+    for number, record in recorded_figures().items():
+        assert len(record["values"]) >= 2, number
+        assert len(record["values"]) <= REVIEWED + 8
 
 
 def test_quick_parts_are_allowed_in_a_file_as_well():
@@ -98,4 +122,4 @@ def test_few_speeds_are_speeds_of_the_range(speeds, few):
 
 
 def test_values_are_recorded_of_every_figure():
-    assert set(json.loads(RECORDED.read_text())) == set(figure_numbers())
+    assert set(recorded_figures()) == set(figure_numbers())
