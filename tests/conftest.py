@@ -35,6 +35,9 @@ hypothesis.settings.load_profile("fixed")
 
 ROOT = Path(__file__).parents[1]
 DAY_S = 86400.0
+# folders whose sources compute what the cache of compliances holds
+OF_ELASTICITY = "meshes", "lumped/common", "fegear/files", "fegear/elasticity"
+OF_ELASTICITY += ("fegear/dynamics",)
 MODULE = 2.54e-3
 ADDENDUM = 2.74842621e-3  # gives contact ratio 1.504
 SMALL_HUBS = {  # liu-pair as in liu-idler-small-hubs: its bodies yield more
@@ -46,9 +49,9 @@ SMALL_HUBS = {  # liu-pair as in liu-idler-small-hubs: its bodies yield more
 
 @pytest.fixture(scope="session", autouse=True)
 def compliance_cache():
-    """Compliances of the program as it is, shared by all processes and later runs.
+    """Elasticity of gears by the sources as they are, shared by all processes and runs.
 
-    Those that another state of the program has left behind are never read.
+    What another state of the sources has left behind is never read.
     """
     before = os.environ.get("FEGEAR_CACHE_DIR")
     os.environ["FEGEAR_CACHE_DIR"] = str(cache_of_sources())
@@ -72,14 +75,14 @@ def files_of_project() -> set[str]:
 
 
 def cache_of_sources() -> Path:
-    """A folder that is named after the sources; those of a day ago are removed.
+    """A folder that is named after what computes elasticity; those of a day ago go.
 
     Each choice of BLAS kernels and threads has its own, as round-off differs.
     """
     choices = sorted(item for item in os.environ.items() if "BLAS" in item[0])
     digest = hashlib.sha256(repr(choices).encode())
-    for package in ("fegear", "lumped", "meshes"):
-        for path in sorted((ROOT / package).rglob("*.py")):
+    for folder in OF_ELASTICITY:
+        for path in sorted((ROOT / folder).rglob("*.py")):
             digest.update(path.read_bytes())
     parent = Path(tempfile.gettempdir()) / f"fegear-tests-{getpass.getuser()}"
     folder = parent / digest.hexdigest()[:16]
