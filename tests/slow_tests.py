@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import pytest
@@ -19,6 +20,14 @@ def in_tier_of(command: str, *values: Any, id: str | None = None) -> Any:
     """Values of a test of a study, quick if it is the one of its form."""
     marks = [] if command in FORMS else [pytest.mark.slow]
     return pytest.param(command, *values, marks=marks, id=id)
+
+
+def first_are_quick(cases: Iterable[Any], count: int = 2) -> list[Any]:
+    """Cases of a parametrised test, of which those after the first ones are slow."""
+    return [
+        case if number < count else pytest.param(case, marks=pytest.mark.slow)
+        for number, case in enumerate(cases)
+    ]
 
 
 def pytest_collection_modifyitems(

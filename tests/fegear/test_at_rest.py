@@ -7,6 +7,7 @@ import json
 import numpy as np
 import pytest
 from relieved_sets import relieved_set
+from slow_tests import first_are_quick
 from typer.testing import CliRunner
 
 import fegear
@@ -20,8 +21,7 @@ from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.steady.respond import respond_with_history
 
-QUICK, HELD_BACK = range(3), range(3, 15)
-EACH = [*QUICK, *(pytest.param(n, marks=pytest.mark.slow) for n in HELD_BACK)]
+EACH = first_are_quick(range(15), 1)
 # a recess of nearly a base pitch: without relief a third pair touches at its end
 LONG_RECESS = {
     "name": "long-recess",

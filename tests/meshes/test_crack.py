@@ -11,6 +11,7 @@ import pytest
 from conftest import make_gear
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from slow_tests import first_are_quick
 from whole_gear import COARSE, small_gear, small_ring
 
 from fegear.elasticity.plane_elements import plane_basis
@@ -178,7 +179,7 @@ def cracks_of(name):
 
 @pytest.mark.parametrize("size", SIZES.values(), ids=SIZES)
 @pytest.mark.parametrize("kind", ["one", "left", "shallow", "both"])
-@pytest.mark.parametrize("name", GEARS)
+@pytest.mark.parametrize("name", first_are_quick(GEARS))
 def test_a_cracked_sector_fits_its_neighbours(name, kind, size):
     gear, cracks = GEARS[name], cracks_of(name)[kind]
     healthy, mesh = sector_mesh(gear, size), cracked_sector_mesh(gear, size, cracks)

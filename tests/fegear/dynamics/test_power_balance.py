@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from slow_tests import first_are_quick
 
 from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps
@@ -75,7 +76,7 @@ def require_balance(imbalances, *, losing, floor=0.0):
     assert errors[0] < 5e-5
 
 
-@pytest.mark.parametrize("kind", ["quasistatic", "reduced"])
+@pytest.mark.parametrize("kind", first_are_quick(["reduced", "quasistatic"], 1))
 @pytest.mark.parametrize(("gears", "name"), CASES)
 def test_power_is_balanced(case_of, track, tmp_path, kind, gears, name):
     frequency, damping, friction, changes = CASES[gears, name]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import make_gear
 from cracked_gear import CrackedGear
+from slow_tests import first_are_quick
 from whole_gear import COARSE, small_gear, small_ring
 
 from fegear.elasticity import damaged_ring as module
@@ -158,7 +159,7 @@ def random_cracks(rng, count):
     ]
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", first_are_quick(range(6)))
 def test_change_is_reciprocal_positive_and_grows_with_depth(seed):
     rng = np.random.default_rng(seed)
     teeth = int(rng.integers(10, 40))
@@ -297,7 +298,7 @@ def test_teeth_that_do_not_exist_are_refused(gear):
 
 
 @pytest.mark.parametrize("depth", [0.4e-3, 1.5e-3])
-@pytest.mark.parametrize("direction", [None, 0.7])
+@pytest.mark.parametrize("direction", first_are_quick([0.7, None], 1))
 def test_energy_release_rate_is_the_growth_of_compliance(depth, direction):
     """Griffith: half the derivative of compliance over depth, mixed modes included."""
     gear, step = make_gear(17, 8e-3, profile_shift=0.4), 0.06 * depth

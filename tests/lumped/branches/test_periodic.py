@@ -6,6 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from slow_tests import first_are_quick
 
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.branch_settings import BranchSettings
@@ -47,7 +48,7 @@ def stable_levels(branches, frequency, multiple):
                 yield a + part * (b - a)
 
 
-@pytest.mark.parametrize("direction", ["up", "down"])
+@pytest.mark.parametrize("direction", first_are_quick(["up", "down"], 1))
 def test_sweeps_run_along_stable_motions(train, branches, direction):
     branch = sweep(train, np.arange(*LIMITS, 25.0), direction, Settings(steps=256))
     seen = 0

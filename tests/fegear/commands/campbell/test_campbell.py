@@ -123,6 +123,7 @@ def test_forces_across_the_displacement_make_flutter_with_a_warning(tmp_path):
     assert changed(*damped, points=3).summary["instabilities"] == []
 
 
+@pytest.mark.slow
 def test_the_error_by_elements_falls_with_their_fourth_power():
     errors = [
         changed(elements=n, points=2, modes=4, max_rpm=3000.0).discretisation

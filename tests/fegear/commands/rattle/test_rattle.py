@@ -245,6 +245,7 @@ def test_what_has_not_settled_is_told_and_left_out():
     assert not enough["warnings"]
 
 
+@pytest.mark.slow
 def test_basins_of_low_damping_are_followed_until_transients_end(tmp_path):
     """The machine of the guide, whose basin was grey: no cell had an attractor."""
     blocks = re.findall(r"```toml\n(.*?)```", GUIDE.read_text("utf-8"), re.DOTALL)
