@@ -121,10 +121,16 @@ def _rows_of_differences(sides: Sequence[ContactSide]) -> dict[str, Array]:
             next_curve + count * len(teeth.curves),
             next_gap_row + len(rows),
         )
+    tables = {
+        "curve_rows": curve_rows,
+        "gap_rows": gap_rows,
+        "gap_changes": gap_changes,
+    }
+    # columns that were picked lie in the order of columns, for which numba would
+    # compile kernels once more
     return {
-        "curve_rows": np.concatenate(curve_rows),
-        "gap_rows": np.concatenate(gap_rows),
-        "gap_changes": np.concatenate(gap_changes),
+        name: np.ascontiguousarray(np.concatenate(parts))
+        for name, parts in tables.items()
     }
 
 

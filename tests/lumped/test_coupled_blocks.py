@@ -122,7 +122,7 @@ def _contacts(mesh_of, gap, compliance):
         knots=np.tile(knots, (meshes, 1)),
         load_curve=curve,
         normal_compliance=compliance,
-        tangential_compliance=np.zeros_like(compliance),
+        tangential_compliance=np.zeros(compliance.shape),
         errors=np.zeros((count, 0)),
     )
 

@@ -290,7 +290,7 @@ class WarmupResult(StudyResult):
         )
         yield (
             f"compiled {self.compiled} signatures; the cache holds "
-            f"{values['signatures']} of {values['functions']} functions"
+            f"{values['signatures']}, of {values['functions']} functions"
         )
 
 

@@ -239,6 +239,17 @@ def test_contacts_have_the_curves_of_their_own_teeth(few_positions):
     assert len(contacts.load_curve) == 4 * contacts.side.size
 
 
+def test_arrays_of_unlike_teeth_are_as_those_of_like_ones(few_positions):
+    """In another order of columns numba compiles kernels of motion once more."""
+    for gear_set in (load_gear_set("liu-pair"), gears_with("crack")):
+        contacts = prepared(gear_set, few_positions).stepper.model.contacts
+        assert [
+            name
+            for name, array in contacts._asdict().items()
+            if not array.flags.c_contiguous
+        ] == []
+
+
 def test_flank_faults_leave_back_flanks_alone(few_positions):
     gear_set = gears_with("spall", **{"mesh.1.backlash_um": 40.0})
     drive, back = prepared(gear_set, few_positions).stepper.model.sides
