@@ -9,12 +9,13 @@ import shutil
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import MISSING, dataclass, fields, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, get_type_hints
+from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from declared_columns import declared, require_declared
 from drawn_figures import axis_labels, saved_figures
 from interactive_checks import check_figure
 from quick_benchmarks import answer_at_once
+from short_uses import input_texts, written_use
 from shown_results import what_is_shown
 from slow_tests import in_tier_of
 from typer.testing import CliRunner
@@ -53,7 +55,6 @@ from fegear.studies.running import run as run_study
 from fegear.studies.settings import SettingsGroup, exposed_fields, group_of, setting
 from fegear.studies.study import Study
 from fegear.studies.table import Table
-from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.csv_text import parse_csv
 from lumped.common.options import Range
 from lumped.figures.drawing import panels
@@ -302,202 +303,6 @@ def test_what_a_caller_delivers_is_safe(tmp_path):
     assert not checkpoint.exists()
 
 
-MODEL = fegear.LumpedModel(
-    number=1,
-    damping_ratio=0.04 + 1e-3 / 3.0,
-    excitation=fegear.ExcitationSettings(kind="rectangular"),
-)
-BALL_BEARING = "{ balls = 9, ball_diameter_mm = 7.94, pitch_diameter_mm = 38.5 }"
-EXAMPLES = {
-    "render": {
-        "file": "contact.vtu",
-        "position": 1.0 / 3.0,
-        "elements": fegear.StaticsSettings(friction=0.1, resolution="coarse"),
-        "picture": fegear.PictureSettings(zoom="tooth"),
-    },
-    "sets": {},
-    "new": {"kind": "idler"},
-    "keys": {"kind": "gearbox"},
-    "explain": {"codes": ["w03", "E01"]},
-    "show": {"gear_set": "liu-idler"},
-    "mesh": {
-        "gear": 2,
-        "elements": fegear.StaticsSettings(resolution="coarse"),
-        "whole": True,
-    },
-    "stiffness": {
-        "torque": [50.0, 40.0 + 1.0 / 3.0],
-        "elements": fegear.StaticsSettings(
-            positions=4, resolution="coarse", corner_contact=False
-        ),
-    },
-    "clatter": {"gearbox": "seed-five-speed", "seconds": 0.4, "seed": 3},
-    "sweep": {
-        "gear_set": "liu-idler",
-        "torque": [100.0, 50.0 + 1.0 / 3.0],
-        "speeds": [1000.0, 1100.0 + 1.0 / 3.0],
-        "model": fegear.LumpedModel(
-            number=1,
-            excitation=MODEL.excitation,
-            friction=0.1,
-            bending=0.0,
-            translations=False,
-        ),
-    },
-    "relief": {
-        "torque": (80.0, 100.0 + 1.0 / 3.0),
-        "starts": 1,
-        "elements": fegear.StaticsSettings(resolution="coarse", positions=16),
-    },
-    "wear": {
-        "torque": 100.0 + 1.0 / 3.0,
-        "cycles": 1e8 / 3.0,
-        "wear_coefficient": 1e-17 / 3.0,
-        "steps": 4,
-        "elements": fegear.StaticsSettings(resolution="coarse", positions=16),
-    },
-    "tolerances": {
-        "torque": 100.0 + 1.0 / 3.0,
-        "samples": 600,
-        "elements": fegear.StaticsSettings(resolution="coarse", positions=8),
-    },
-    "identify": {
-        "gear_set": "liu-pair",
-        "variation": [1.0 / 3.0],
-        "hold_width": True,
-        "along": "idler",
-        "elements": fegear.StaticsSettings(resolution="coarse"),
-    },
-    "dynamics": {
-        "gear_set": "liu-pair",
-        "torque": [100.0],
-        "speeds": range(1000, 1300, 100),
-        "direction": "up",
-        "elements": fegear.FiniteElements(fidelity="quasistatic", friction=0.05),
-    },
-    "compare": {"gear_set": "liu-idler", "mesh": 2, "torque": 100.0 + 1.0 / 3.0},
-    "ablation": {"gear_set": "liu-pair", "speeds": [7000.0], "runs": "runs"},
-    "map": {
-        "gear_set": "liu-idler",
-        "over": ("mesh.2.phase=0:1:4", "torque_Nm=50,100.333333333333333"),
-        "at": 1000.0 + 1.0 / 3.0,
-        "model": fegear.LumpedModel(number=1, excitation=MODEL.excitation),
-    },
-    "stability": {
-        "gear_set": "liu-idler",
-        "over": "friction=0:0.1:3",
-        "speeds": "1400:1800:100",
-        "model": replace(MODEL, bending=0.39),
-    },
-    "bifurcations": {
-        "gear_set": "liu-idler",
-        "over": "damping_ratio=0.03,0.0333333333333333333",
-        "at": 1000.0 + 1.0 / 3.0,
-        "model": fegear.LumpedModel(number=1, excitation=MODEL.excitation),
-    },
-    "branches": {
-        "gear_set": "liu-pair",
-        "speeds": (1000.0, 1010.0 + 1.0 / 3.0),
-        "steepness": 2.0 / 3.0,
-        "model": MODEL,
-    },
-    "bearing": {
-        "gear_set": GearSetRef(
-            name="liu-pair", edits=(f"gear.2.ball_bearing={BALL_BEARING}",)
-        ),
-        "load": 1000.0 + 1.0 / 3.0,
-    },
-    "modes": {"gear_set": "liu-idler", "translations": True},
-    "signals": {
-        "gear_set": "liu-idler",
-        "speed": 1000.0 + 1.0 / 3.0,
-        "turns": 2,
-        "samples": 8,
-        "noise_percent": 1.0 / 3.0,
-        "pulses": 3,
-        "window": 1,
-        "model": replace(MODEL, translations=True),
-    },
-    "faults": {
-        "gear_set": "liu-idler",
-        "over": ("pitch_error=0,1.0333333333333333", "mesh.2.phase=0:0.5:2"),
-        "gear_name": "idler",
-        "rpm": 1000.0 + 1.0 / 3.0,
-        "turns": 2,
-        "samples": 8,
-        "noise_percent": 1.0 / 3.0,
-        "model": replace(MODEL, translations=True),
-    },
-    "campbell": {
-        "gear_set": "turbo-pair",
-        "max_rpm": 9000.0 + 1.0 / 3.0,
-        "points": 4,
-        "elements": 2,
-    },
-    "export": {"gear_set": "liu-idler", "translations": True, "damping_ratio": 0.05},
-    "motion": {
-        "gear_set": "liu-pair",
-        "speed": 1000.0,
-        "from_speed": 1010.0 + 1.0 / 3.0,
-        "model": MODEL,
-    },
-    "sharing": {
-        "gear_set": "planetary-24-36-96",
-        "torque": (50.0 + 1.0 / 3.0,),
-        "model": fegear.LumpedModel(
-            number=1, excitation=fegear.ExcitationSettings(resolution="coarse")
-        ),
-    },
-    "theory": {"gear_set": "liu-idler", "torque": 50.0 + 1.0 / 3.0, "model": MODEL},
-    "eccentric": {
-        "radius": 20.0 + 1.0 / 3.0,
-        "eccentricity": 6.0,
-        "teeth": 24,
-        "torque": 5.0,
-        "positions": 1,
-        "resolution": "coarse",
-    },
-    "warmup": {"only": ["rattle"]},
-    "rattle critical": {},
-    "rattle basin": {"grid": 7, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
-    "rattle run-down": {"file": "measured.csv", "speed_rpm": 3000.0 + 1.0 / 3.0},
-    "rattle bifurcation": {
-        "over": ("epsilon=0.09:0.1",),
-        "max_liftoffs": 1,
-        "starts": 1,
-        "runs": 2,
-        "velocity": (0.0, 6.0 + 1.0 / 3.0),
-    },
-    "rattle gears": {
-        "gear_set": "liu-pair",
-        "speed_rpm": 1500.0 + 1.0 / 3.0,
-        "drag_Nm": 1.0,
-        "eccentricity_um": 9.0,
-        "elements": fegear.StaticsSettings(resolution="coarse"),
-    },
-    "rattle manifold": {"length": 1.0 + 1.0 / 3.0, "preimages": 0, "unstable": True},
-    "rattle periodic": {"max_liftoffs": 1, "velocity": (0.5, 6.0 + 1.0 / 3.0)},
-    "rattle noise": {"starts": 5, "turns": 3, "velocity": (0.1, 0.2 + 1.0 / 3.0)},
-    "validate": {
-        "cases": ("tiny.toml",),
-        "fidelity": "quasistatic",
-        "directory": "report",
-    },
-    "reproduce": {"numbers": ("table-2.1", "table-2.2"), "directory": "made"},
-    "bench stiffness": {"name": "liu-idler", "torque": 50.0 + 1.0 / 3.0},
-    "bench dynamics": {"torque": 50.0 + 1.0 / 3.0},
-    "bench lumped": {"damping_ratio": 0.04 + 1e-3 / 3.0},
-    "bench branches": {"name": "liu-pair", "damping_ratio": 0.04 + 1e-3 / 3.0},
-    "bench stability": {"torque": 50.0 + 1.0 / 3.0},
-    "bench width": {},
-    "bench eccentric": {},
-    "bench clatter": {},
-    "bench growth": {},
-    "bench commands": {},
-    "bench all": {},
-}
-
-
 # of a run, or a difference of what agrees but for round-off
 RUN_DEPENDENT_KEYS = {
     *("seconds", "peak_memory_MB", "interpolation_error", "reused"),
@@ -506,27 +311,41 @@ RUN_DEPENDENT_KEYS = {
 WITHOUT_TABLE = {
     *("new", "show", "mesh", "relief", "render", "rattle gears", "bench all")
 }
-MEASURED = "time_s,speed_rpm\n" + "\n".join(
-    f"{10 * i},{3000.0 * 0.9**i + i % 2}" for i in range(8)
-)
 
 
 @pytest.fixture(autouse=True)
-def files(tmp_path, monkeypatch):
+def folder(tmp_path, monkeypatch):
     answer_at_once(monkeypatch)
-    (tmp_path / "measured.csv").write_text(MEASURED)
-    (tmp_path / "tiny.toml").write_text(case_text())
     monkeypatch.chdir(tmp_path)
 
 
 def example_study(command: str) -> Study:
-    study: Any = load_study(command)
-    settings = dict(EXAMPLES[command])
-    kind = get_type_hints(study).get("machine")
-    if kind is not None:
-        settings["machine"] = kind(name="roots-scaled", delta=0.6 + 1.0 / 300.0)
-    example: Study = study(**settings)
-    return example
+    """The short use of a command as a study, with numbers of all digits."""
+    return with_all_digits(study_of(written_use(command, Path())))
+
+
+def study_of(argv: Sequence[str]) -> Study:
+    """The study that words of a command ask for, which is not run."""
+    running = patch("fegear.studies.running.run", side_effect=Asked)
+    with running as mock, pytest.raises(Asked):
+        run(["--debug", *argv])
+    return mock.call_args.args[0]
+
+
+class Asked(Exception):
+    """Raised in place of a run."""
+
+
+def with_all_digits(settings: Any) -> Any:
+    """Settings whose numbers that are not the default have no short decimal."""
+    changes = {}
+    for member in exposed_fields(group_of(settings)):
+        value = getattr(settings, member.name)
+        if member.group is not None:
+            changes[member.name] = value and with_all_digits(value)
+        elif value != member.default and isinstance(value, float):
+            changes[member.name] = value * (1.0 + 1e-4 / 3.0)
+    return replace(settings, **changes)
 
 
 @pytest.mark.parametrize("command", commands())
@@ -538,17 +357,13 @@ def test_the_list_says_what_the_study_says(command):
 
 
 @pytest.mark.parametrize("command", commands())
-def test_words_of_a_study_ask_for_it(command, monkeypatch):
+def test_words_of_a_study_ask_for_it(command):
     """From values to words and back, floats to the last bit."""
-    example, studies = example_study(command), []
-    monkeypatch.setattr(
-        "fegear.studies.running.run", lambda study, *_: studies.append(study)
-    )
+    example = example_study(command)
     files = ["-o", f"t{example.endings[0]}"] if example.must_write else []
-    with pytest.raises(AttributeError):  # of a result that is None
-        run(["--debug", *example.argv, *files])
-    assert studies == [example]
-    assert studies[0].argv == example.argv
+    again = study_of([*example.argv, *files])
+    assert again == example
+    assert again.argv == example.argv
 
 
 @pytest.mark.parametrize("command", list(map(in_tier_of, commands())))
@@ -685,7 +500,7 @@ def files_of_example(command: str, name: str) -> Iterator[tuple[list[str], bytes
 
 READ_BY_EXAMPLE: dict[str, Callable[[str], tuple[Any, str]]] = {
     "cases": lambda name: ((name,), case_text()),
-    "file": lambda name: (name, MEASURED),
+    "file": lambda name: (name, input_texts()["falling.csv"]),
     "gearbox": lambda name: (name, template_text("gearbox")),
 }
 
@@ -698,7 +513,7 @@ def _gear_sets_of_example(study: Any, name: str) -> Iterator[tuple[list[str], by
     ends = 2.04e3 * gear.base_radius, 1.98e3 * gear.tip_radius
     profile = "diameter_mm,deviation_um\n{:.3f},0\n{:.3f},-5\n".format(*ends)
     key = "mesh.1.driver_profile.file"
-    if source.startswith("planetary"):  # whose file has no profiles
+    if "planetary" in load_tables(source, {}):  # whose file has no profiles
         edited = replace(study.gear_set, edits=(f"{key}={name}",))
         yield replace(study, gear_set=edited).argv, profile.encode()
         return
