@@ -31,14 +31,17 @@ import unicodedata
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import typer
+from cli_commands import commands
 from fuzz_faults import fault_command, meshing_pair, with_faults
+from option_cases import FLAG, cases_of, choices, settings_by_option, words_of
+from short_uses import SHORT_USES
 
-from fegear.cli import app, run
+from fegear.cli import run
 from fegear.files.printable import HARMFUL
 from fegear.gearset.problems import known_keys
 
@@ -356,224 +359,44 @@ def text(r: random.Random, tables: dict[str, Any]) -> bytes:
 
 
 FILES = ["out.csv", "out.png", "out.vtu", "none/out.csv", "", "x" * 300, "\x1b.csv"]
-WORDS: dict[str, list[str]] = {  # by option; what is not here is a flag
-    "--mesh": ["1", "2", "9", "0"],
-    "--harmonic-count": ["1", "7", "0", "9999"],
-    "--path": FILES,
-    "--face": FILES,
-    "--face-loads": FILES,
-    "--critical": FILES,
-    "--average": FILES,
-    "--spectrum": FILES,
-    "--cracks": FILES,
-    "--orders": FILES,
-    "--order-map": FILES,
-    "--pulses": ["1", "0", "60", "-1"],
-    "--window": ["2", "0", "1000", "x"],
-    "--noise-percent": ["5", "0", "-1", "nan"],
-    "--harris": FILES,
-    "--objective": ["largest", "mean", "harmonics", "least"],
-    "--compromises": ["3", "0", "500", "x"],
-    "--pareto": FILES,
-    "--front": FILES,
-    "--designs": ["2", "0"],
-    "--relief-tolerance-um": ["1", "0", "-1", "nan"],
-    "--length-tolerance": ["0.1", "1", "nan"],
-    "--shape": ["linear", "parabolic", "round"],
-    "--max-relief-um": ["5", "0", "1e300", "nan"],
-    "--cycles": ["1e6", "1e9", "0", "1e300", "nan"],
-    "--wear-coefficient": ["1e-18", "1e-15", "0", "1", "nan"],
-    "--depth-step-um": ["1", "0", "1e300", "nan"],
-    "--gears": ["w.toml", "none/w.toml", "w.csv"],
-    "--torques": ["t.csv", "none/t.csv"],
-    "--grade": ["6", "1", "11", "0", "x"],
-    "--driver-grade": ["4", "12"],
-    "--driven-grade": ["8", "-1"],
-    "--single-pitch-um": ["5", "0", "1e4", "nan"],
-    "--profile-slope-um": ["5", "0", "1e4", "-1"],
-    "--profile-form-um": ["5", "0", "1e4", "1e300"],
-    "--center-distance-um": ["5", "0", "1e4", "x"],
-    "--distribution": ["normal", "uniform", "round"],
-    "--samples": ["10", "12", "0", "1e3"],
-    "--samples-table": ["s.csv", "none/s.csv"],
-    "--cycle": ["c.csv", "none/c.csv"],
-    "--gear": ["1", "3", "0"],
-    "--torque": ["5", "50", "0", "1e8", "1e300", "nan"],
-    "--positions": ["1", "4", "8", "0", "9999999"],
-    "--friction": ["0.1", "0", "0.5", "-1", "nan"],
-    "--plane": ["strain", "stress", "width", "both"],
-    "--resolution": ["coarse"],
-    "--relief-stiffness": ["own", "unmodified", "none"],
-    "--model": ["1", "2", "3", "4", "auto", "coupled"],
-    "--max-rpm": ["3000", "100000", "0", "1e300", "nan"],
-    "--points": ["3", "2", "0", "x"],
-    "--elements": ["3", "2", "0", "x"],
-    "--modes": ["2", "20", "0"],
-    "--speeds": ["900", "500,3000", "1000:3000:1000", "1:9e8:1", "0", "x", "1:2"],
-    "--speed": ["900", "5000", "0", "1e300"],
-    "--from-speed": ["1000", "0"],
-    "--from-rpm": ["1000", "0"],
-    "--rpm": ["1000", "-5", "1000:1100"],
-    "--direction": ["up", "down", "both", "left"],
-    "--damping-ratio": ["0.05", "0", "1", "nan", "1e-300"],
-    "--excitation": ["rectangular", "trapezoid", "fourier", "none"],
-    "--ramp": ["0.05", "0.5", "2", "nan"],
-    "--harmonics": ["1", "7", "0", "10000"],
-    "--steps": ["16", "3", "64", "100000000"],
-    "--method": ["rk4", "dopri5"],
-    "--tolerance": ["1e-3", "1e-13", "0.1", "nan"],
-    "--max-periods": ["50", "0", "-1"],
-    "--table": ["set.toml", "none.csv", "table.csv"],
-    "--random": ["3", "0", "x"],
-    "--random-seed": ["1", "-1"],
-    "--tooth": ["2", "0", "999"],
-    "--labels": FILES,
-    "--over": [
-        "torque_Nm=10,20",
-        "pitch_error=1,9",
-        "mesh.1.phase=0:1:2",
-        "gear.1.teeth=20:22:3",
-        "a=1",
-    ],
-    "--at": ["900", "0", "nan"],
-    "--sections": ["7", "0", "100000"],
-    "--period-multiple": ["2", "65"],
-    "--band": ["900,1000", "x"],
-    "--set": ["mesh.1.phase=0", "gear.1.teeth=24", "gear.9.teeth=3", "\x1b=1", "a"],
-    "--output": FILES,
-    "--plot": FILES,
-    "--history": ["h", "set.toml", ""],
-    "--root-stress": ["a", "nobody"],
-    "--fidelity": ["quasistatic", "reduced", "auto", "full"],
-    "--elastic-damping": ["0.1", "1"],
-    "--cutoff": ["20000", "0"],
-    "--position": ["0.5", "2"],
-    "--time-history": ["set.toml", "none"],
-    "--field": ["pressure", "colour"],
-    "--scale": ["10", "x"],
-    "--zoom": ["tooth", "set"],
-    "--bearings": ["rolling", "linear", "both"],
-    "--load": ["1", "1e5", "0", "-1", "1e300", "nan"],
-    "--over-load": FILES,
-    "--solver": ["balance", "shooting", "x"],
-    "--sweep-points": ["9", "0", "x"],
-    "--width": ["480", "7"],
-    "--frames": ["2", "0"],
-    "--stiffness": ["given", "fe", "coupled"],
-    "--mean": ["1e8", "-1"],
-    "--variation": ["0.3", "2"],
-    "--mean-std": ["0.05", "0"],
-    "--variation-std": ["0.05", "0"],
-    "--along": ["a", "nobody"],
-    "--body": ["held", "free", "hung"],
-    "--without": ["body", "pairs", "teeth"],
+NUMBERS = ["0", "-1", "1e300", "1e-300", "nan", "x"]
+OWN_WORDS = {  # besides another value of the option
+    "--along": ["nobody"],
+    "--band": ["x"],
+    "--history": ["set.toml", ""],
+    "--orbit": ["P(9,9,9)", "x"],
+    "--over": ["torque_Nm=10,20", "mesh.1.phase=0:1:2", "gear.1.teeth=20:22:3", "a=1"],
+    "--root-stress": ["nobody"],
+    "--rpm": ["1000:1100", "-5"],
     "--runs": ["kept", "set.toml"],
-    "--bending": ["0.3", "1", "nan"],
-    "--sliding": ["nominal", "instantaneous", "x"],
-    "--torque-of": ["nominal", "input", "x"],
-    "--transition-speed": ["0", "0.01", "-1", "nan"],
-    "--spectra": FILES,
-    "--waterfall": FILES,
-    "--radius": ["20", "0", "1e300", "nan"],
-    "--eccentricity": ["5", "0", "19.99", "20", "-1", "nan"],
-    "--ratio": ["1", "2", "1.5", "0", "1e9", "nan"],
-    "--pressure-angle": ["20", "28", "1", "nan"],
-    "--teeth": ["30", "12", "4", "99999"],
-    "--addendum": ["1", "0.3", "2", "nan"],
-    "--dedendum": ["1.25", "1", "9", "nan"],
-    "--bore": ["3", "0", "99", "nan"],
-    "--face-width": ["10", "0", "nan"],
-    "--contact": FILES,
-    "--animate": FILES,
-    "--scheduler": ["nowhere", ""],
-    "--delta": ["0.5", "0.58", "3e-4", "0", "1e-300", "nan", "50"],
-    "--epsilon": ["0.1", "0.06", "1e-4", "0", "-1", "nan", "1e300"],
-    "--kappa": ["1100", "1e6", "0", "nan", "1e-300"],
-    "--beta": ["0.6", "6e-4", "0", "nan", "1e300"],
-    "--restitution": ["1", "0.9", "0", "2", "nan"],
-    "--max-liftoffs": ["1", "2", "0", "99"],
-    "--velocity": ["0:7", "0:1", "7:0", "nan:1", "0:1e300", "x"],
-    "--starts": ["2", "0", "5", "-1"],
-    "--doublings": ["1", "0", "99"],
-    "--grid": ["5", "8", "4", "99999999"],
-    "--iterations": ["200", "100", "1", "x"],
-    "--turns": ["3", "0", "20", "nan"],
-    "--seed": ["1", "0", "-1"],
-    "--orbit": ["P(1,1,0)", "P(9,9,9)", "x"],
-    "--length": ["1", "0", "nan"],
-    "--spacing": ["0.1", "0", "nan"],
-    "--preimages": ["0", "1", "99"],
-    "--unstable": [],
-    "--seconds": ["0.2", "1e-300", "1e-6", "0", "nan", "1e300"],
-    "--impacts": ["5", "0", "1000"],
-    "--map": ["event", "implicit", "fermi", "x"],
-    "--wheel": ["second", "nobody"],
-    "--attractor": FILES,
-    "--steepness": ["10", "0", "nan"],
-    "--speed-rpm": ["1500", "0", "nan"],
-    "--drag-Nm": ["1", "0", "-1", "nan"],
-    "--eccentricity-um": ["9", "0", "nan", "1e300"],
-    "--driven-share": ["0.5", "0", "1", "nan"],
-    "--driving-inertia-kgm2": ["1e-3", "0", "nan"],
-    "--driven-inertia-kgm2": ["1e-3", "0", "nan"],
-    "--inertia-kgm2": ["1e-3", "0", "nan"],
-    "--excitation-harmonics": ["5", "0"],
+    "--set": ["mesh.1.phase=0", "gear.9.teeth=3", "\x1b=1", "a"],
+    "--speeds": ["900", "500,3000", "1000:3000:1000", "1:9e8:1", "0", "x", "1:2"],
+    "--table": ["set.toml", "none.csv", "table.csv"],
+    "--time-history": ["set.toml", "none"],
+    "--velocity": ["0:1", "7:0", "nan:1", "0:1e300", "x"],
+    "--wheel": ["nobody"],
 }
 OF_MACHINES = {"--over": ["delta=0.55:0.65", "epsilon=0.05:0.1", "beta=0:1", "x=1:2"]}
 LONG = {"--cluster"}  # starts processes
-# what keeps a command short; and how often it is drawn
-BASE = {
-    "show": ("SET", 12),
-    "modes": ("SET --json", 10),
-    "campbell": ("SET --points 3 --elements 2 --modes 4 --json", 6),
-    "export": ("SET -o m.json --json", 4),
-    "sweep": ("SET --excitation rectangular --speeds 1500", 10),
-    "motion": ("SET --excitation rectangular --speed 1500", 8),
-    "signals": ("SET --excitation rectangular --speed 1500 --turns 2", 5),
-    "faults": (
-        "SET --excitation rectangular --rpm 900 --over pitch_error=0,2 --turns 2",
-        4,
-    ),
-    "theory": ("SET --excitation rectangular", 6),
-    "map": ("SET --excitation rectangular --at 1500 --over mesh.1.phase=0", 6),
-    "stability": (
-        "SET --excitation rectangular --bending 0.3 --over friction=0.1 "
-        "--speeds 1000:2000:500",
-        4,
-    ),
-    "bifurcations": (
-        "SET --excitation rectangular --over mesh_frequency_Hz=1500",
-        4,
-    ),
-    "stiffness": ("SET --resolution coarse --positions 2", 6),
-    "compare": ("SET", 2),
-    "relief": ("SET --resolution coarse --positions 4 --starts 1", 2),
-    "wear": ("SET --resolution coarse --positions 8", 2),
-    "tolerances": ("SET --resolution coarse --positions 4 --samples 10", 2),
-    "mesh": ("SET --resolution coarse --output out.vtu", 2),
-    "bearing": ("SET --load 1000", 3),
-    "sharing": ("SET --excitation rectangular", 3),
-    "dynamics": ("SET --resolution coarse --fidelity quasistatic --speeds 3000", 2),
-    "identify": ("SET --resolution coarse", 1),
-    "validate": ("case.toml --output out", 2),
-    "render": ("SET --resolution coarse --width 480 --output out.png", 1),
-    "ablation": ("SET --speeds 1500", 1),
-    "sets": ("", 1),
-    "eccentric": ("--radius 20 --eccentricity 5", 3),
-    "branches": ("SET --excitation rectangular --speeds 1400:1600 --harmonics 3", 3),
-    "rattle critical": ("MACHINE", 4),
-    "rattle periodic": ("MACHINE", 4),
-    "rattle basin": ("MACHINE --grid 5 --iterations 200", 4),
-    "rattle noise": ("MACHINE --starts 2 --turns 5 --iterations 200", 3),
-    "rattle bifurcation": ("MACHINE --over delta=0.55:0.65 --runs 0 --starts 2", 2),
-    "rattle manifold": ("MACHINE --length 1 --grid 5", 2),
-    "rattle run-down": ("run.csv --speed-rpm 3000", 4),
-    "rattle gears": (
-        "SET --speed-rpm 1500 --drag-Nm 1 --eccentricity-um 9 --resolution coarse",
-        2,
-    ),
-    "clatter": ("BOX --seconds 0.2", 5),
-}
+# how often a command is drawn
+WEIGHTS = Counter(
+    {
+        **dict.fromkeys(("show",), 12),
+        **dict.fromkeys(("modes", "sweep"), 10),
+        "motion": 8,
+        **dict.fromkeys(("campbell", "theory", "map", "stiffness"), 6),
+        **dict.fromkeys(("signals", "clatter"), 5),
+        **dict.fromkeys(("export", "faults", "stability", "bifurcations"), 4),
+        **dict.fromkeys(("rattle critical", "rattle periodic", "rattle basin"), 4),
+        "rattle run-down": 4,
+        **dict.fromkeys(("bearing", "sharing", "eccentric", "branches"), 3),
+        "rattle noise": 3,
+        **dict.fromkeys(("compare", "relief", "wear", "tolerances", "mesh"), 2),
+        **dict.fromkeys(("dynamics", "validate", "rattle bifurcation"), 2),
+        **dict.fromkeys(("rattle manifold", "rattle gears"), 2),
+        **dict.fromkeys(("identify", "render", "ablation", "sets"), 1),
+    }
+)
 # without options that take a value, or minutes for one run
 NOT_FUZZED = {"explain", "keys", "new", "reproduce", "warmup"}
 MACHINES = "roots-scaled", "roots-a", "roots-a-sprung", "roots-a-absorber"
@@ -581,34 +404,42 @@ MACHINES = "roots-scaled", "roots-a", "roots-a-sprung", "roots-a-absorber"
 
 def option_lists() -> dict[str, list[str]]:
     """Names of the options of every command, from typer."""
-    group: Any = typer.main.get_command(app)
-
-    def find_command(name: str) -> Any:
-        command = group
-        for word in name.split():
-            command = command.get_command(None, word)
-        return command
-
+    params = {name: command.params for name, command in commands()}
     return {
         name: [
             option
-            for param in find_command(name).params
+            for param in params[name]
             if (option := max(param.opts, key=len)) not in LONG
         ]
-        for name in BASE
+        for name in WEIGHTS
     }
 
 
+@cache
+def values_of(name: str, option: str) -> list[str]:
+    """Values of an option, allowed ones and others; none where it is a flag."""
+    case = dict(cases_of(name))[option]
+    value = words_of(case.changed.removeprefix(name)).get(option, FLAG)
+    setting = settings_by_option(name).get(option)
+    if value == FLAG:
+        return []
+    if option in OWN_WORDS:
+        return [value, *OWN_WORDS[option]]
+    if setting is None:  # a file
+        return [value, *FILES]
+    return [value, *map(str, choices(setting.kind)), *NUMBERS]
+
+
 def command(r: random.Random, options: dict[str, list[str]]) -> list[str]:
-    name = r.choices(list(BASE), [weight for _, weight in BASE.values()])[0]
-    arguments = BASE[name][0].split()
+    name = r.choices(list(WEIGHTS), list(WEIGHTS.values()))[0]
+    arguments = SHORT_USES[name].text.split()
     for option in r.sample(
         options[name], min(len(options[name]), r.choice([0, 0, 1, 1, 2]))
     ):
         if not option.startswith("--"):
             continue
-        choices = OF_MACHINES.get(option) if name.startswith("rattle") else None
-        values = choices or WORDS.get(option)
+        of_machines = OF_MACHINES.get(option) if name.startswith("rattle") else None
+        values = of_machines or values_of(name, option)
         value = [r.choice(values)] if values else []
         if option in arguments and r.random() < 0.9:  # another value, not a second one
             at = arguments.index(option)
@@ -622,7 +453,17 @@ def command(r: random.Random, options: dict[str, list[str]]) -> list[str]:
     return [*name.split(), *(NAMED.get(word, word) for word in arguments)]
 
 
-NAMED = {"SET": "set.toml", "MACHINE": "machine.toml", "BOX": "box.toml"}
+# files of a case in place of those of a short use
+NAMED = {
+    **dict.fromkeys(("SET", "OTHER", "liu-pair", "liu-idler"), "set.toml"),
+    **dict.fromkeys(("roots-scaled", "roots-a"), "machine.toml"),
+    **dict.fromkeys(("seed-five-speed", "SPURRED"), "box.toml"),
+    "CASE": "case.toml",
+    "FALLING": "run.csv",
+    "TABLE": "table.csv",
+    "RUNS": "kept",
+    "HISTORY": "none",
+}
 
 
 def builtin(folder: str, name: str) -> dict[str, Any]:

@@ -16,12 +16,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from functools import cache
+from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from cli_commands import commands
 from short_uses import SHORT_USES
 
 from fegear.studies import load_study
+from fegear.studies.settings import (
+    ExposedField,
+    Setting,
+    SettingsGroup,
+    exposed_fields,
+    group_of,
+)
 
 FLAG = ""  # the value of an option that takes none
 Words = dict[str, str]  # values by option; arguments by their place
@@ -195,3 +203,28 @@ def second_value(command: str, name: str) -> str:
     if key in study.more_files:
         return f"other{study.more_files[key][1][0]}"
     return FLAG
+
+
+@cache
+def settings_by_option(command: str) -> dict[str, ExposedField]:
+    """Settings of a command that have an option, those of its groups too."""
+    return {
+        member.option: member
+        for member in _members(group_of(load_study(command)))
+        if not member.declared.place
+    }
+
+
+def _members(group: SettingsGroup) -> Iterator[Any]:
+    for member in exposed_fields(group):
+        if member.group is not None:
+            yield from _members(member.group)
+        elif isinstance(member.declared, Setting):
+            yield member
+
+
+def choices(kind: Any) -> list[Any]:
+    """Words of a type."""
+    if get_origin(kind) is Literal:
+        return list(get_args(kind))
+    return [choice for inner in get_args(kind) for choice in choices(inner)]

@@ -10,27 +10,20 @@ import re
 from collections.abc import Iterator
 from importlib import import_module
 from math import isfinite
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, get_type_hints
 
 import pytest
 from cli_commands import commands as typer_commands
 from cli_commands import refused
-from fuzz_gear_sets import BASE
+from option_cases import choices, settings_by_option
+from short_uses import SHORT_USES
 
 from fegear.studies import registry
-from fegear.studies.settings import (
-    Setting,
-    SettingsGroup,
-    exposed_fields,
-    group_of,
-)
 from lumped.common.options import Range, allowed_of
 
 NAMES = {
     "SET": "liu-pair",
-    "MACHINE": "roots-scaled",
-    "BOX": "seed-five-speed",
-    "case.toml": "idler",
+    "CASE": "idler",
 }
 TYPER_COMMANDS = dict(typer_commands())
 COMMANDS = list(registry.commands())
@@ -61,7 +54,7 @@ def nothing_runs(monkeypatch) -> None:
 
 def short_use(command: str, *without: str) -> list[str]:
     """A short use of a command, without some of its options."""
-    base = [NAMES.get(word, word) for word in BASE.get(command, ("",))[0].split()]
+    base = [NAMES.get(word, word) for word in SHORT_USES[command].text.split()]
     for option in without:
         if option in base:
             at = base.index(option)
@@ -71,21 +64,12 @@ def short_use(command: str, *without: str) -> list[str]:
 
 def settings_of(command: str) -> list[Any]:
     """Those that have an option, also those of groups."""
-    settings = members(group_of(study_of(command)))
-    return [member for member in settings if not member.declared.place]
+    return list(settings_by_option(command).values())
 
 
 def study_of(command: str) -> Any:
     entry = registry.commands()[command]
     return getattr(import_module(entry.module), entry.study)
-
-
-def members(group: SettingsGroup) -> Iterator[Any]:
-    for member in exposed_fields(group):
-        if member.group is not None:
-            yield from members(member.group)
-        elif isinstance(member.declared, Setting):
-            yield member
 
 
 def allowed_numbers(member: Any) -> Range | None:
@@ -107,13 +91,6 @@ def outside(allowed: Range, whole: bool) -> Iterator[float]:
 
 def numbers(text: str) -> list[float]:
     return [float(number) for number in re.findall(r"-?\d[\d.]*(?:e[+-]?\d+)?", text)]
-
-
-def choices(kind: Any) -> list[Any]:
-    """Words of a type."""
-    if get_origin(kind) is Literal:
-        return list(get_args(kind))
-    return [choice for inner in get_args(kind) for choice in choices(inner)]
 
 
 def files(command: str) -> list[str]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from cli_commands import refused
-from fuzz_gear_sets import BASE
+from short_uses import SHORT_USES
 
 HELICAL = """\
 name = "helical"
@@ -97,17 +97,18 @@ def nothing_is_computed(monkeypatch, tmp_path) -> None:
 def arguments_of(command: str) -> list[str]:
     """A short use of a command with finite elements; further ones replace its own."""
     name = next(
-        name for name in sorted(BASE, key=len)[::-1] if command.startswith(name)
+        name for name in sorted(SHORT_USES, key=len)[::-1] if command.startswith(name)
     )
     more = command.removeprefix(name).split()
-    arguments = BASE[name][0].split()
+    arguments = SHORT_USES[name].text.split()
     for option in ("--excitation", "--bending", *more[::2]):
         if option in arguments:
             at = arguments.index(option)
             del arguments[at : at + 2]
     if name == "bifurcations" and not more:
         more = ["--direction", "up"]
-    arguments = ["set.toml" if word == "SET" else word for word in arguments]
+    files = {"SET": "set.toml", "CASE": "case.toml"}
+    arguments = [files.get(word, word) for word in arguments]
     return [*name.split(), *arguments, *more]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from fuzz_gear_sets import BASE, NOT_FUZZED, WORDS, cases, option_lists, tried
+from fuzz_gear_sets import FILES, NOT_FUZZED, WEIGHTS, cases, tried, values_of
 
 from fegear.studies.registry import commands as registered
 
@@ -23,13 +23,14 @@ def test_a_random_case_ends_as_it_should(tmp_path, case):
     assert wrong is None, f"{wrong}: {case.arguments!a} {line}\n{case.files!a}"
 
 
-def test_the_fuzzer_knows_every_option():
-    flags = {"--json", "--translations", "--hold-width", "--model-1", "--resume"}
-    flags |= {"--overwrite", "--whole", "--corner-contact"}
-    flags |= {"--all", "--quick"}  # take minutes
-    flags |= {"--chaos", "--exponents", "--root", "--averages", "--symmetric"}
+def test_the_fuzzer_knows_every_command():
     fuzzed = {name for name in registered() if not name.startswith("bench ")}
-    assert fuzzed - NOT_FUZZED == BASE.keys()
-    for options in option_lists().values():
-        for option in options:
-            assert option in WORDS or option in flags or not option.startswith("--")
+    assert fuzzed - NOT_FUZZED == WEIGHTS.keys()
+
+
+def test_values_of_options_are_allowed_ones_and_others():
+    assert values_of("sweep", "--torque")[0] == "30"
+    assert {"nan", "-1"} <= set(values_of("sweep", "--torque"))
+    assert {"up", "both", "x"} <= set(values_of("sweep", "--direction"))
+    assert set(FILES) <= set(values_of("sweep", "--output"))
+    assert values_of("sweep", "--json") == []
