@@ -378,25 +378,7 @@ OWN_WORDS = {  # besides another value of the option
 }
 OF_MACHINES = {"--over": ["delta=0.55:0.65", "epsilon=0.05:0.1", "beta=0:1", "x=1:2"]}
 LONG = {"--cluster"}  # starts processes
-# how often a command is drawn
-WEIGHTS = Counter(
-    {
-        **dict.fromkeys(("show",), 12),
-        **dict.fromkeys(("modes", "sweep"), 10),
-        "motion": 8,
-        **dict.fromkeys(("campbell", "theory", "map", "stiffness"), 6),
-        **dict.fromkeys(("signals", "clatter"), 5),
-        **dict.fromkeys(("export", "faults", "stability", "bifurcations"), 4),
-        **dict.fromkeys(("rattle critical", "rattle periodic", "rattle basin"), 4),
-        "rattle run-down": 4,
-        **dict.fromkeys(("bearing", "sharing", "eccentric", "branches"), 3),
-        "rattle noise": 3,
-        **dict.fromkeys(("compare", "relief", "wear", "tolerances", "mesh"), 2),
-        **dict.fromkeys(("dynamics", "validate", "rattle bifurcation"), 2),
-        **dict.fromkeys(("rattle manifold", "rattle gears"), 2),
-        **dict.fromkeys(("identify", "render", "ablation", "sets"), 1),
-    }
-)
+WEIGHTS = {name: use.often for name, use in SHORT_USES.items() if use.often}
 # without options that take a value, or minutes for one run
 NOT_FUZZED = {"explain", "keys", "new", "reproduce", "warmup"}
 MACHINES = "roots-scaled", "roots-a", "roots-a-sprung", "roots-a-absorber"

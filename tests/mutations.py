@@ -149,8 +149,8 @@ def stages(mutation: Mutation) -> Iterator[tuple[str, list[str]]]:
 
 def noticed(mutation: Mutation, copy: Path, tiers: int) -> tuple[str, str]:
     """Tier and test that fails, or nothing."""
-    for tier, words in islice(stages(mutation), tiers):
-        command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", *words]
+    for tier, arguments in islice(stages(mutation), tiers):
+        command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", *arguments]
         command += ["--durations=0", "-p", "no:cacheprovider"]
         try:
             done = subprocess.run(

@@ -37,24 +37,24 @@ Words = dict[str, str]  # values by option; arguments by their place
 
 def words_of(text: str) -> Words:
     """Values of options by their long names, and arguments as `0`, `1`."""
-    words, name = Words(), ""
+    values, name = Words(), ""
     for word in text.split():
         if re.match("-[a-z-]", word):
             name = {"-o": "--output"}.get(word, word)
-            words[name] = f"{words[name]} {name}" if name in words else FLAG
-        elif name and not words[name]:
-            words[name] = word
-        elif name and words[name].endswith(f" {name}"):  # given twice
-            words[name] += f" {word}"
+            values[name] = f"{values[name]} {name}" if name in values else FLAG
+        elif name and not values[name]:
+            values[name] = word
+        elif name and values[name].endswith(f" {name}"):  # given twice
+            values[name] += f" {word}"
         else:
-            words[str(len([key for key in words if key.isdigit()]))] = word
-    return words
+            values[str(len([key for key in values if key.isdigit()]))] = word
+    return values
 
 
-def text_of(words: Words) -> str:
+def text_of(values: Words) -> str:
     return " ".join(
         value if name.isdigit() else f"{name} {value}".strip()
-        for name, value in words.items()
+        for name, value in values.items()
     )
 
 
@@ -183,7 +183,7 @@ def _case_of(command: str, name: str, declared: str | Mapping[str, Any]) -> Case
         changed[name] = needs["value"]
     else:
         changed[name] = second_value(command, name)
-    texts = (f"{command} {text_of(words)}" for words in (base, changed))
+    texts = (f"{command} {text_of(values)}" for values in (base, changed))
     return Case(*texts, needs.get("set", use.set), needs.get("refused", False))
 
 

@@ -5,7 +5,7 @@
 
 Words in capitals are files that tests write: SET is the gear set `set` of
 `small_sets.py`, a pair unless it is named; the others are those of `written_inputs`.
-`options`, see `option_cases.py`.
+`often` is how often the fuzzer draws the command, `options`, see `option_cases.py`.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ class ShortUse(NamedTuple):
 
     text: str
     set: str = "pair"
+    often: int = 0
     options: Mapping[str, Any] = {}
 
 
@@ -109,5 +110,5 @@ def written_use(command: str, folder: Path) -> list[str]:
     use, inputs = SHORT_USES[command], written_inputs(folder)
     path = folder / "set.toml"
     path.write_text(toml_text(SETS[use.set]))
-    words = f"{command} {use.text}".split()
-    return [(inputs | {"SET": str(path)}).get(word, word) for word in words]
+    paths = inputs | {"SET": str(path)}
+    return [paths.get(word, word) for word in f"{command} {use.text}".split()]
