@@ -79,7 +79,7 @@ SECOND_VALUES = words_of(
     --profile-form-um 1 --profile-slope-um 1 --pulses 8 --radius 21 --ramp 0.05
     --random 3 --random-seed 1 --ratio 2 --relief-stiffness unmodified
     --relief-tolerance-um 1 --restitution 0.9 --root-stress a --rpm 7000 --runs 3
-    --samples 12 --scale 100 --scheduler tcp://nowhere:1 --sections 7 --seed 2
+    --samples 12 --scale 100 --scheduler nowhere --sections 7 --seed 2
     --set gear.1.teeth=21 --shape parabolic --single-pitch-um 1
     --sliding instantaneous --solver shooting --spacing 0.02 --speed 4000
     --speed-rpm 1500 --starts 1 --steepness 1 --steps 8 --stiffness fe
@@ -99,7 +99,7 @@ NEEDS: Mapping[str, dict[str, Any]] = {
     },
     "--averages": {"beside": "-o s.mat"},
     "--bearings": {"beside": "--translations", "set": "rolling"},
-    "--cluster": {"refused": True},
+    "--cluster": {"value": "--scheduler tcp://nowhere:1", "refused": True},
     "--excitation-harmonics": {"beside": "--excitation fourier"},
     "--friction": {"beside": COARSE, "without": ELEMENTS},
     "--max-periods": {"beside": "--damping-ratio 1e-4"},
