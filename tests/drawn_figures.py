@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from unittest.mock import patch
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+UNIT = re.compile(r"\[[^\]]+\]")
+# without a unit
+COUNT = re.compile(r"number|ratio|share|part|order|teeth|phase|friction|speed /|^x$|^y$")
 
 
 @contextmanager
@@ -44,3 +50,23 @@ def are_drawn(figure: Figure, points: np.ndarray) -> bool:
     drawn, points = drawn_points(figure), np.asarray(points)
     near = np.isclose(drawn[:, None], points, rtol=1e-9, atol=1e-12).all(axis=2)
     return bool(len(points)) and bool(near.any(axis=0).all())
+
+
+def require_readable(figure: Figure) -> None:
+    """Nothing that is written is cut off, and axes have units or count something."""
+    figure.canvas.draw()
+    for text in figure.findobj(Text):
+        if not text.get_visible() or not text.get_text().strip() or _is_clipped(text):
+            continue
+        box = text.get_window_extent().padded(-1.0)
+        assert figure.bbox.x0 <= box.x0, text
+        assert box.x1 <= figure.bbox.x1, text
+        assert figure.bbox.y0 <= box.y0, text
+        assert box.y1 <= figure.bbox.y1, text
+    for label in axis_labels(figure):
+        assert UNIT.search(label) or COUNT.search(label), label
+
+
+def _is_clipped(text: Text) -> bool:
+    """Whether it is a number of an axis beyond its ends, or within a clipped panel."""
+    return text.get_clip_on() or (text.axes is not None and not text.axes.get_visible())

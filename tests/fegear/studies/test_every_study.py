@@ -23,7 +23,7 @@ import shown_results
 from case_files import case_text
 from cli_commands import printed
 from declared_columns import declared, require_declared
-from drawn_figures import axis_labels, saved_figures
+from drawn_figures import axis_labels, require_readable, saved_figures
 from interactive_checks import check_figure
 from quick_benchmarks import answer_at_once
 from short_uses import input_texts, written_use
@@ -387,6 +387,7 @@ def test_command_call_and_saved_result_show_the_same(command, tmp_path):
     for draw in result.figures.values():
         with suppress(InputError):  # of a figure that these settings do not give
             figure = draw()
+            require_readable(figure)
             check_figure(figure, to_plotly(figure))
     if files:
         stored = contents(path)

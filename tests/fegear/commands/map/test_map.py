@@ -13,8 +13,10 @@ from typer.testing import CliRunner
 import fegear
 from fegear.cli import app
 from fegear.files.errors import InputError
+from fegear.files.keys import file_keys
 from fegear.files.store import CheckpointOptions
 from lumped.common.csv_text import parse_csv
+from lumped.figures.map_plots import axis_label
 
 RELIEF = "mesh.{}.tip_relief.magnitude_um"
 BASE = ("liu-idler", "--excitation", "rectangular", "--torque", "100")
@@ -245,3 +247,11 @@ def test_the_exponent_of_a_band_is_the_largest_of_its_sweeps(tmp_path):
     largest = max(a.exponent for b in sections.branches for a in b.attractors)
     for row in table.rows.values():
         assert float(row[at]) == pytest.approx(largest, rel=1e-6)
+
+
+def test_an_axis_has_the_unit_of_its_key():
+    keys = [key for key in file_keys("gear-set") if key.unit]
+    assert len(keys) > 60
+    for key in keys:
+        label = axis_label(f"gear.1.{key.key}")
+        assert label.endswith(f" [{key.unit}]"), label
