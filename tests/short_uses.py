@@ -5,7 +5,8 @@
 
 Words in capitals are files that tests write: SET is the gear set `set` of
 `small_sets.py`, a pair unless it is named; the others are those of `written_inputs`.
-`often` is how often the fuzzer draws the command, `options`, see `option_cases.py`.
+`often` is how often the fuzzer draws the command, `longer` words of a run of several
+parts, to be interrupted; `options`, see `option_cases.py`.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ class ShortUse(NamedTuple):
     text: str
     set: str = "pair"
     often: int = 0
+    longer: str = ""
     options: Mapping[str, Any] = {}
 
 
@@ -105,10 +107,11 @@ def written_inputs(folder: Path) -> dict[str, str]:
     return paths | {"RUNS": str(folder / "runs")}
 
 
-def written_use(command: str, folder: Path) -> list[str]:
-    """Words of a short use, whose files are written into a folder."""
+def written_use(command: str, folder: Path, longer: bool = False) -> list[str]:
+    """Words of a short use, or of a longer one, whose files are written to a folder."""
     use, inputs = SHORT_USES[command], written_inputs(folder)
     path = folder / "set.toml"
     path.write_text(toml_text(SETS[use.set]))
     paths = inputs | {"SET": str(path)}
-    return [paths.get(word, word) for word in f"{command} {use.text}".split()]
+    text = f"{command} {use.text} {use.longer if longer else ''}"
+    return [paths.get(word, word) for word in text.split()]

@@ -319,9 +319,9 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def example_study(command: str) -> Study:
+def example_study(command: str, longer: bool = False) -> Study:
     """The short use of a command as a study, with numbers of all digits."""
-    return with_all_digits(study_of(written_use(command, Path())))
+    return with_all_digits(study_of(written_use(command, Path(), longer)))
 
 
 def study_of(argv: Sequence[str]) -> Study:
@@ -369,7 +369,7 @@ def test_words_of_a_study_ask_for_it(command):
 @pytest.mark.parametrize("command", list(map(in_tier_of, commands())))
 def test_command_call_and_saved_result_show_the_same(command, tmp_path):
     """All that one run of a study is good for, as examples take seconds to run."""
-    study = example_study(command)
+    study = example_study(command, longer=True)
     path = tmp_path / f"t{study.endings[0]}"
     files = ["-o", path] if study.output_names else []
     values = json.loads(printed(*study.argv, "--json", *files))
@@ -424,9 +424,9 @@ NOT_IN_EXAMPLE = {
 }
 CHOSEN_PARAMETERS = {
     "faults": {"mesh.2.phase"},
-    "map": {"mesh.2.phase", "torque_Nm"},
+    "map": {"gear.a.mass_kg"},
     "stability": {"friction"},
-    "bifurcations": {"damping_ratio"},
+    "bifurcations": {"gear.a.inertia_kg_m2"},
     "rattle bifurcation": {"eccentricity_rad"},
 }
 
@@ -640,7 +640,7 @@ def contents(path: Path) -> Mapping[str, bytes]:
 @pytest.mark.parametrize("command", RESUMING)
 def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
     """Interrupted at a third and at two thirds of its way, then resumed."""
-    study, count = example_study(command), Interrupted()
+    study, count = example_study(command, longer=True), Interrupted()
     path = tmp_path / f"t{study.endings[0]}"
     expected = content(run_study(study, progress=count, workers=1), path)
     checkpoint, stored = tmp_path / "t.partial", False
@@ -660,7 +660,7 @@ def test_an_interrupted_study_is_resumed_to_the_byte(command, tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize("command", commands())
 def test_ctrl_c_leaves_no_result_or_one_that_is_not_complete(command, tmp_path):
-    study = example_study(command)
+    study = example_study(command, longer=True)
     path = tmp_path / f"t{study.endings[0]}"
     assert interrupted(study, 1) is None
     for at in (2, 3):
