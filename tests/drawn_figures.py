@@ -13,7 +13,10 @@ from matplotlib.text import Text
 
 UNIT = re.compile(r"\[[^\]]+\]")
 # without a unit
-COUNT = re.compile(r"number|ratio|share|part|order|teeth|phase|friction|speed /|^x$|^y$")
+COUNT = re.compile(
+    r"number|ratio|share|part|order|teeth|tooth|phase|friction|misfit|speed /"
+    r"|over mean|^x$|^y$"
+)
 
 
 @contextmanager

@@ -38,8 +38,8 @@ from typing import Any
 
 from cli_commands import commands
 from fuzz_faults import fault_command, meshing_pair, with_faults
-from option_cases import FLAG, cases_of, choices, settings_by_option, words_of
-from short_uses import SHORT_USES
+from option_cases import cases_of, choices, settings_by_option
+from short_uses import FLAG, SHORT_USES, words_of
 
 from fegear.cli import run
 from fegear.files.printable import HARMFUL

@@ -14,13 +14,12 @@ refused : whether the option is
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, Literal, NamedTuple, get_args, get_origin
 
 from cli_commands import commands
-from short_uses import SHORT_USES
+from short_uses import FLAG, SHORT_USES, text_of, words_of
 
 from fegear.studies import load_study
 from fegear.studies.settings import (
@@ -30,33 +29,6 @@ from fegear.studies.settings import (
     exposed_fields,
     group_of,
 )
-
-FLAG = ""  # the value of an option that takes none
-Words = dict[str, str]  # values by option; arguments by their place
-
-
-def words_of(text: str) -> Words:
-    """Values of options by their long names, and arguments as `0`, `1`."""
-    values, name = Words(), ""
-    for word in text.split():
-        if re.match("-[a-z-]", word):
-            name = {"-o": "--output"}.get(word, word)
-            values[name] = f"{values[name]} {name}" if name in values else FLAG
-        elif name and not values[name]:
-            values[name] = word
-        elif name and values[name].endswith(f" {name}"):  # given twice
-            values[name] += f" {word}"
-        else:
-            values[str(len([key for key in values if key.isdigit()]))] = word
-    return values
-
-
-def text_of(values: Words) -> str:
-    return " ".join(
-        value if name.isdigit() else f"{name} {value}".strip()
-        for name, value in values.items()
-    )
-
 
 SECOND_VALUES = words_of(
     """

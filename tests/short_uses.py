@@ -11,6 +11,7 @@ parts, to be interrupted; `options`, see `option_cases.py`.
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from functools import cache
@@ -26,6 +27,8 @@ from fegear.files.toml import toml_text
 from fegear.gearset import read_gear_set
 
 TESTS = Path(__file__).parent
+FLAG = ""  # the value of an option that takes none
+Words = dict[str, str]  # values by option; arguments by their place
 
 
 class ShortUse(NamedTuple):
@@ -47,6 +50,31 @@ def _read() -> dict[str, ShortUse]:
 
 
 SHORT_USES = _read()
+
+
+def words_of(text: str) -> Words:
+    """Values of options by their long names, and arguments as `0`, `1`."""
+    values, name = Words(), ""
+    for word in text.split():
+        if re.match("-[a-z-]", word):
+            name = {"-o": "--output"}.get(word, word)
+            values[name] = f"{values[name]} {name}" if name in values else FLAG
+        elif name and not values[name]:
+            values[name] = word
+        elif name and values[name].endswith(f" {name}"):  # given twice
+            values[name] += f" {word}"
+        else:
+            values[str(len([key for key in values if key.isdigit()]))] = word
+    return values
+
+
+def text_of(values: Words) -> str:
+    return " ".join(
+        value if name.isdigit() else f"{name} {value}".strip()
+        for name, value in values.items()
+    )
+
+
 OTHER = PAIR | {
     "defaults": PAIR["defaults"] | {"face_width_mm": 12.0, "profile_shift": 0.15},
     "mesh": [PAIR["mesh"][0] | {"mean_stiffness_N_per_m": 1.2e8}],
@@ -113,5 +141,6 @@ def written_use(command: str, folder: Path, longer: bool = False) -> list[str]:
     path = folder / "set.toml"
     path.write_text(toml_text(SETS[use.set]))
     paths = inputs | {"SET": str(path)}
-    text = f"{command} {use.text} {use.longer if longer else ''}"
+    values = words_of(use.text) | words_of(use.longer if longer else "")
+    text = f"{command} {text_of(values)}"
     return [paths.get(word, word) for word in text.split()]
