@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import ctypes
 import getpass
 import hashlib
 import math
 import os
 import shutil
 import signal
+import sys
 import tempfile
 import time
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 
@@ -17,6 +20,7 @@ from pathlib import Path
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import hypothesis
+import psutil
 import pytest
 from blas_tests import pytest_itemcollected
 from slow_tests import pytest_collection_modifyitems
@@ -35,6 +39,7 @@ hypothesis.settings.load_profile("fixed")
 
 ROOT = Path(__file__).parents[1]
 DAY_S = 86400.0
+LARGE_MEMORY = 1e9  # B, of a process
 # folders whose sources compute what the cache of compliances holds
 OF_ELASTICITY = "meshes", "lumped/common", "fegear/files", "fegear/elasticity"
 OF_ELASTICITY += ("fegear/dynamics",)
@@ -68,6 +73,15 @@ def no_litter():
     before = files_of_project()
     yield
     assert files_of_project() - before == set()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def memory_is_given_back():
+    """Pages between arrays that are still there, of which glibc keeps gigabytes."""
+    yield
+    if psutil.Process().memory_info().rss > LARGE_MEMORY and sys.platform == "linux":
+        with suppress(OSError, AttributeError):  # of another C library
+            ctypes.CDLL("libc.so.6").malloc_trim(0)
 
 
 def files_of_project() -> set[str]:
