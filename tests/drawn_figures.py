@@ -15,7 +15,7 @@ UNIT = re.compile(r"\[[^\]]+\]")
 # without a unit
 COUNT = re.compile(
     r"number|ratio|share|part|order|teeth|tooth|phase|friction|misfit|speed /"
-    r"|over mean|^x$|^y$"
+    r"|over mean|per turn|^x$|^y$"
 )
 
 

@@ -5,9 +5,9 @@
 
 `list` shows the faults: signs, factors, powers, indices, numbers of repetitions, terms
 left out. `run` puts each alone into a copy of the project in DIR, and runs the tests
-there until one fails: first those of the same folder, then the other quick ones of
-mechanics, all quick ones, and, with `--tiers 4`, the slow ones of the same folder. What
-is in the file already is not run again.
+there until one fails: first quick ones of the same folder, then those of all mechanics,
+all others, and, with `--tiers 4`, slow ones of the same folder. What is in the file
+already is not run again.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ ROOT = Path(__file__).parents[1]
 PARTS = "fegear/contact", "fegear/elasticity", "fegear/statics", "fegear/dynamics"
 FOLDERS = *PARTS, "lumped"
 NOT_MECHANICS = {"figures", "common"}  # pictures, files and compilers of `lumped`
+TOP = ROOT / "tests" / "fegear"  # tests of statics, among others
 COUNT, SEED = 60, 2026
 LIMIT_S = 1800.0  # of a run of tests
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv*", "build")
@@ -134,17 +135,17 @@ def drawn(count: int = COUNT, seed: int = SEED) -> list[Mutation]:
 
 def stages(mutation: Mutation) -> Iterator[tuple[str, list[str]]]:
     """Names of the tiers, and words of pytest."""
-    folder = Path("tests", mutation.path).parent
-    while not (ROOT / folder).is_dir():
-        folder = folder.parent
-    yield "quick, folder", [str(folder)]
-    mechanics = [f"tests/{part}" for part in (*PARTS, "lumped", "fegear/studies")]
-    near = f"--ignore={folder}"
-    files = sorted(map(str, Path("tests/fegear").glob("test_*.py")))
-    yield "quick, mechanics", [near, *mechanics, *files, "tests/validation"]
-    seen = [f"--ignore={path}" for path in (folder, *mechanics, *files)]
-    yield "quick, others", [*seen, "--ignore=tests/validation", "tests"]
-    yield "slow, folder", ["-m", "slow", str(folder)]
+    folder, files = Path("tests", mutation.path).parent, sorted(TOP.glob("test_*.py"))
+    near = [str(folder)] if (ROOT / folder).is_dir() else [str(file) for file in files]
+    yield "quick, near", near
+    mechanics = [
+        f"tests/{part}" for part in FOLDERS if (ROOT / "tests" / part).is_dir()
+    ]
+    others = {*mechanics, "tests/fegear/studies", *map(str, files)} - {*near}
+    yield "quick, mechanics", sorted(others)
+    seen = [f"--ignore={path}" for path in {*near, *others}]
+    yield "quick, others", [*seen, "tests"]
+    yield "slow, near", ["-m", "slow", *near]
 
 
 def noticed(mutation: Mutation, copy: Path, tiers: int) -> tuple[str, str]:

@@ -40,13 +40,11 @@ from fegear.gearset.schema import Document, GearDefaults, MeshKeys, replaced_key
 from fegear.train.lumped_models import lumped_system
 from lumped.steady.maps import Axis
 
-STIFF, COMPARE, MODES, BEARING, CAMPBELL, SHARING, MOVING = (
+STIFF, COMPARE, MODES, BEARING, CAMPBELL, MOVING = (
     f"{command} {SHORT_USES[command].text} --json"
-    for command in (
-        *("stiffness", "compare", "modes", "bearing", "campbell", "sharing"),
-        "dynamics",
-    )
+    for command in ("stiffness", "compare", "modes", "bearing", "campbell", "dynamics")
 )
+SHARING = "sharing SET --excitation rectangular --model 1 --json"
 GIVEN_MODES = "modes SET --stiffness given --json"
 
 
