@@ -45,6 +45,7 @@ def test_examples_are_short():
         assert 0 < block.count(">>>") < 10
 
 
+@pytest.mark.slow
 def test_the_guide():
     blocks = BLOCK.findall(GUIDE.read_text("utf-8"))
     assert len(blocks) >= 2

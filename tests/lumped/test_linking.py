@@ -116,6 +116,7 @@ def test_shared_parts_have_the_same_name_in_all_processes(use, tmp_path):
     assert len(names) == 1
 
 
+@pytest.mark.slow
 def test_machine_code_that_calls_another_name_is_not_loaded(use, tmp_path):
     use("twice", "scaled")
     (file,) = cached_files(tmp_path, "twice")

@@ -209,9 +209,8 @@ def test_an_interrupted_run_goes_on_where_it_was(few, tmp_path):
     assert not list(tmp_path.rglob("checkpoint"))
 
 
-@pytest.mark.parametrize(
-    "part", [0.2, *(pytest.param(p, marks=pytest.mark.slow) for p in (0.5, 0.7, 0.9))]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("part", [0.2, 0.5, 0.7, 0.9])
 def test_a_run_that_is_stopped_is_not_finished(few, tmp_path, part):
     """As by Ctrl-C in a study: the progress raises Stopped from then on."""
     calls, stopped_at = [], math.inf

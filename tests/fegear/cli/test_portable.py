@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 
+import pytest
 from written_tables import read_sweep
 
 UNIX_ONLY = ("fcntl", "resource", "pwd", "grp", "termios")
@@ -37,6 +38,7 @@ COMMANDS = (
 )
 
 
+@pytest.mark.slow
 def test_without_the_modules_of_unix(tmp_path):
     code = RUN.format(names=UNIX_ONLY, commands=COMMANDS)
     process = subprocess.run(

@@ -111,6 +111,7 @@ inertia_kg_m2 = 2e-3
 """
 
 
+@pytest.mark.slow
 def test_a_gear_without_mesh_on_a_shaft_is_a_flywheel():
     """Its inertia counts in the coupled model and in finite elements in motion."""
     shaft = """[[shaft]]

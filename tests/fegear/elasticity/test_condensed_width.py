@@ -45,7 +45,7 @@ def sector_of(kind):
 
 
 @pytest.mark.parametrize(
-    "kind", first_are_quick(["helical", "ring on springs", "spur", "ring"])
+    "kind", first_are_quick(["helical", "ring on springs", "spur", "ring"], 1)
 )
 def test_tables_are_those_of_a_factorisation_for_each_diameter(kind):
     sector = sector_of(kind)

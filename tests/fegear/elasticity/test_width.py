@@ -167,6 +167,7 @@ def test_widths_are_between_plane_stress_and_plane_strain(number):
     assert np.mean(added[3] / added[2]) == pytest.approx(0.5, rel=0.1)
 
 
+@pytest.mark.slow
 def test_more_layers_change_little(monkeypatch):
     gear = make_gear(23, 8e-3)
     for width in (1.0, 6.0, 25.0):

@@ -180,6 +180,7 @@ def test_hubs_turn_so_that_flanks_in_contact_stay_together(name, request):
         assert driver == pytest.approx(driven, abs=0.1 * mesh.pose.ste)
 
 
+@pytest.mark.slow
 def test_the_ring_is_at_rest_while_the_carrier_turns(planetary):
     view, whole = planetary.view("set", ASPECT), 40
     moments = turn_moments(planetary.gear_set, 1.0, 24 * whole)

@@ -62,6 +62,7 @@ def test_modes_have_all_freedoms_but_the_held_and_their_families(planets):
             assert mode["multiplicity"] == planets - 3
 
 
+@pytest.mark.slow
 def test_modes_under_load_have_the_families_of_rigid_bodies_and_what_bodies_add():
     study = fegear.NaturalModes(gear_set=SET, translations=True)
     result = fegear.run(study)

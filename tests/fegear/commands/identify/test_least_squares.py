@@ -105,6 +105,7 @@ def test_known_figures_come_back_and_leave_a_valley(model, measured):
     assert np.array_equal(again.best.hub_radius, fit.best.hub_radius)
 
 
+@pytest.mark.slow
 def test_the_chosen_hubs_are_alike_in_proportion(model, measured, pair):
     fit = identify(model, measured)
     roots = [gear.geometry.root_radius for gear in pair.gears]
@@ -156,6 +157,7 @@ def test_a_gear_without_room_for_a_hub_is_refused(pair):
         hub_limits(replace(pair.gears[0], geometry=small))
 
 
+@pytest.mark.slow
 def test_the_valley_as_a_file(model, measured, pair):
     fit = identify(model, measured)
     study = Identification(

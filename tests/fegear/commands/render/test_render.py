@@ -385,6 +385,7 @@ def json_output(*arguments: str) -> dict:
     return json.loads(printed(*arguments, "--json"))
 
 
+@pytest.mark.slow
 def test_a_film_prints_the_largest_values_of_all_its_frames(tmp_path):
     """Seven frames hit moments that those which choose the colours do not."""
     films = ("--resolution", "coarse", "--width", "480", "--frames", "7")
@@ -420,6 +421,7 @@ def test_a_film_of_a_motion_prints_the_time_of_its_largest_values(tmp_path):
 SET = ("planetary-24-36-96", "--zoom", "set", "--resolution", "coarse")
 
 
+@pytest.mark.slow
 def test_data_of_a_whole_set_has_all_gears_and_meshes(tmp_path):
     path = tmp_path / "set.vtu"
     run(*SET, "--torque", "60", "--position", "0.3", "-o", str(path))
