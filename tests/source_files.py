@@ -13,3 +13,9 @@ ROOT = Path(__file__).parents[1]
 def parsed(path: Path) -> ast.Module:
     """Tree of a source; path : as in the project, or whole."""
     return ast.parse((ROOT / path).read_text(encoding="utf-8"))
+
+
+@cache
+def nodes(path: Path) -> tuple[ast.AST, ...]:
+    """All nodes of a source."""
+    return tuple(ast.walk(parsed(path)))

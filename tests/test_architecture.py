@@ -12,7 +12,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
-from source_files import ROOT, parsed
+from source_files import ROOT, nodes
 
 PACKAGES = ("meshes", "fegear", "lumped", "validation")
 FILES = [p for name in PACKAGES for p in sorted((ROOT / name).rglob("*.py"))]
@@ -64,7 +64,7 @@ ALONE = "meshes", "lumped"  # know no other package
 @cache
 def imported_modules(path: Path) -> set[str]:
     modules: set[str] = set()
-    for node in ast.walk(parsed(path)):
+    for node in nodes(path):
         if isinstance(node, ast.Import):
             modules |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -72,6 +72,7 @@ def imported_modules(path: Path) -> set[str]:
     return modules
 
 
+@cache
 def label(path: Path) -> str:
     return str(path.relative_to(ROOT))
 
@@ -82,7 +83,7 @@ def violations(rule: Callable[[Path], Iterable[str]]) -> list[str]:
 
 
 def texts_of(path: Path) -> Iterator[str]:
-    for node in ast.walk(parsed(path)):
+    for node in nodes(path):
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
             yield node.value
 
@@ -106,7 +107,7 @@ def package_of(module: str) -> str:
 def imports_of(module: str) -> frozenset[str]:
     """Modules of the project that a module imports: also later, and for types."""
     named = set[str]()
-    for node in ast.walk(parsed(MODULES[module])):
+    for node in nodes(MODULES[module]):
         if isinstance(node, ast.Import):
             named |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
@@ -178,7 +179,7 @@ def test_modules_that_every_system_has():
 def _modules_of_unix(path: Path) -> set[str]:
     handled = {
         alias.name
-        for node in ast.walk(parsed(path))
+        for node in nodes(path)
         if isinstance(node, ast.Try)
         and [ast.unparse(handler.type) for handler in node.handlers] == ["ImportError"]
         for statement in node.body
@@ -290,7 +291,7 @@ def test_docstrings_begin_with_what_they_return_or_do():
 
 
 def _docstrings_without_subject(path: Path) -> Iterator[str]:
-    for node in ast.walk(parsed(path)):
+    for node in nodes(path):
         if isinstance(node, DOCUMENTED):
             text = ast.get_docstring(node) or ""
             if text.startswith(NO_SUBJECT):
