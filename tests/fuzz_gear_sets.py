@@ -39,7 +39,7 @@ from typing import Any
 from cli_commands import commands
 from fuzz_faults import fault_command, meshing_pair, with_faults
 from option_cases import cases_of, choices, settings_by_option
-from short_uses import FLAG, SHORT_USES, words_of
+from short_uses import FLAG, SHORT_USES, text_of, words_of
 
 from fegear.cli import run
 from fegear.files.printable import HARMFUL
@@ -414,7 +414,8 @@ def values_of(name: str, option: str) -> list[str]:
 
 def command(r: random.Random, options: dict[str, list[str]]) -> list[str]:
     name = r.choices(list(WEIGHTS), list(WEIGHTS.values()))[0]
-    arguments = SHORT_USES[name].text.split()
+    use = SHORT_USES[name]
+    arguments = text_of(words_of(use.text) | words_of(use.fuzzed)).split()
     for option in r.sample(
         options[name], min(len(options[name]), r.choice([0, 0, 1, 1, 2]))
     ):

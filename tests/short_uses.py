@@ -5,8 +5,9 @@
 
 Words in capitals are files that tests write: SET is the gear set `set` of
 `small_sets.py`, a pair unless it is named; the others are those of `written_inputs`.
-`often` is how often the fuzzer draws the command, `longer` words of a run of several
-parts, to be interrupted; `options`, see `option_cases.py`.
+`often` is how often the fuzzer draws the command, `fuzzed` what keeps it short on any
+machine; `longer` are words of a run of several parts, to be interrupted; `options`, see
+`option_cases.py`.
 """
 
 from __future__ import annotations
@@ -37,6 +38,7 @@ class ShortUse(NamedTuple):
     text: str
     set: str = "pair"
     often: int = 0
+    fuzzed: str = ""
     longer: str = ""
     options: Mapping[str, Any] = {}
 
