@@ -77,7 +77,7 @@ def no_litter():
 
 @pytest.fixture(scope="module", autouse=True)
 def memory_is_given_back():
-    """Pages between arrays that are still there, of which glibc keeps gigabytes."""
+    """A process gives back the memory that glibc keeps between arrays in use."""
     yield
     if psutil.Process().memory_info().rss > LARGE_MEMORY and sys.platform == "linux":
         with suppress(OSError, AttributeError):  # of another C library

@@ -118,7 +118,7 @@ def mutations_of(path: Path) -> Iterator[Mutation]:
 
 
 def drawn(count: int = COUNT, seed: int = SEED) -> list[Mutation]:
-    """As many of each folder, in which all files count by what can be changed."""
+    """Faults drawn at random, the same number from each folder."""
     source = random.Random(seed)
     chosen = list[Mutation]()
     for folder in FOLDERS:

@@ -16,7 +16,7 @@ MODULES = [path.stem for path in Path(bench.__file__).parent.glob("bench_*.py")]
 
 
 def answer_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Replace the measurements of all benchmarks, of which `bench all` has two."""
+    """Replace the measurements of all benchmarks, and let `bench all` run two."""
     for name in MODULES:
         module = import_module(f"validation.commands.bench.{name}")
         monkeypatch.setattr(module, "measure", _instead(name.removeprefix("bench_")))

@@ -92,7 +92,7 @@ def numbers_in(values: Any) -> Iterator[float | None]:
 
 
 def record_of(places: Places) -> dict[str, Any]:
-    """What is recorded of a figure."""
+    """The record of a figure: number and names of its values, digests, ten values."""
     names = [f"{place}{'?' * (value is None)}" for place, value in places.items()]
     return {
         "numbers": len(places),

@@ -23,7 +23,7 @@ def in_tier_of(command: str, *values: Any, id: str | None = None) -> Any:
 
 
 def first_are_quick(cases: Iterable[Any], count: int = 2) -> list[Any]:
-    """Cases of a parametrised test, of which those after the first ones are slow."""
+    """Cases of a parametrised test. All but the first `count` are marked slow."""
     return [
         case if number < count else pytest.param(case, marks=pytest.mark.slow)
         for number, case in enumerate(cases)

@@ -8,60 +8,14 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
+from lumped.common.units import UNITS, split_unit
+
 # by the kind of a file, module and class of its schema; see `register_file`
 FILE_KINDS = {
     "gear-set": ("fegear.gearset.schema", "Document"),
     "machine": ("fegear.commands.rattle.machines", "MachineFile"),
     "gearbox": ("fegear.commands.clatter.gearboxes", "GearboxFile"),
     "bearing": ("fegear.commands.bearing.file", "BearingFile"),
-}
-# by the end of a key or of a column, longer ends first
-UNITS = {
-    "rad2_per_turn3": "rad2/turn3",
-    "rad_per_turn": "rad/turn",
-    "Nm_per_rad": "N m/rad",
-    "Nms_per_rad": "N m s/rad",
-    "kg_per_m3": "kg/m3",
-    "N_per_mm3": "N/mm3",
-    "MPa_sqrt_m": "MPa sqrt(m)",
-    "J_per_m2": "J/m2",
-    "m2_per_N": "m2/N",
-    "Ns_per_m": "N s/m",
-    "N_per_m_n": "N/m^n",
-    "N_per_m": "N/m",
-    "m_per_N": "m/N",
-    "rad_per_s": "rad/s",
-    "m_per_s": "m/s",
-    "per_period": "1/period",
-    "per_turn": "1/turn",
-    "per_s": "1/s",
-    "kg_m2": "kg m2",
-    "seconds": "s",
-    "per_cent": "%",
-    "percent": "%",
-    "pitches": "base pitches",
-    "turns": "turns",
-    "urad": "urad",
-    "deg": "deg",
-    "rad": "rad",
-    "rpm": "rpm",
-    "GPa": "GPa",
-    "MPa": "MPa",
-    "Pa": "Pa",
-    "Nm": "N m",
-    "Ns": "N s",
-    "Hz": "Hz",
-    "MB": "MB",
-    "mm": "mm",
-    "um": "um",
-    "ms": "ms",
-    "us": "us",
-    "kg": "kg",
-    "J": "J",
-    "N": "N",
-    "W": "W",
-    "m": "m",
-    "s": "s",
 }
 # a time or part, of what the rest of the name says
 UNITS_AT_START = re.compile(r"(?:(us|ms)_per_[a-z]+|(percent)_for_\w+)")
@@ -128,8 +82,7 @@ def unit_of_key(key: str) -> str:
     """
     if start := UNITS_AT_START.fullmatch(key):
         return UNITS[start[1] or start[2]]
-    units = (unit for end, unit in UNITS.items() if f"_{key}".endswith(f"_{end}"))
-    return next(units, "")
+    return split_unit(key)[1]
 
 
 def _keys_of(

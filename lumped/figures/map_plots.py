@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lumped.common.units import split_unit
 from lumped.figures.drawing import draw_title, panels
 from lumped.steady.maps import ParameterMap
 
@@ -103,30 +103,11 @@ def _draw_curve(axes: Axes, parameter_map: ParameterMap, mesh: int) -> None:
     axes.set_ylabel("RMS of the DTE without mean [um]")
 
 
-# at the end of a name; what it is over follows `per`
-UNIT = re.compile(
-    r"_((?:kg_m2|kg|Nms|Ns|Nm|N|um|mm|m|deg|rad|GPa|Hz|rpm|pitches)"
-    r"(?:_per_(?:mm3|m3|m_n|m|rad|s))?)$"
-)
-WRITTEN_UNITS = {
-    "kg_m2": "kg m2",
-    "Nms": "N m s",
-    "Nm": "N m",
-    "Ns": "N s",
-    "m_n": "m^n",
-    "pitches": "base pitches",
-}
-
-
 def axis_label(name: str) -> str:
     """Label of an axis from its name, such as `mesh 1, tip relief, magnitude [um]`."""
     *path, last = name.split(".")
-    quantity, unit = last, ""
-    if has_unit := UNIT.search(last):
-        quantity, unit = last[: has_unit.start()], has_unit[1].replace("_per_", "/")
+    quantity, unit = split_unit(last)
     last = quantity.replace("_", " ")
-    for one, written in WRITTEN_UNITS.items():
-        unit = re.sub(rf"\b{one}\b", written, unit)
     last = f"{last} [{unit}]" if unit else last
     labels = [step.replace("_", " ") for step in path]
     if len(labels) > 1 and labels[0] in ("mesh", "gear", "shaft"):
