@@ -232,6 +232,7 @@ def accepted(command: str, monkeypatch: pytest.MonkeyPatch) -> int:
 @pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES)
 def test_commands_of_a_page_run(page, tmp_path, monkeypatch, capsys):
+    """Only this finds a command of a page that does not run as it is written."""
     monkeypatch.chdir(tmp_path)
     answer_at_once(monkeypatch)
     shutil.copytree(ROOT / "docs" / "examples", tmp_path / "docs" / "examples")

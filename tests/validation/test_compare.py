@@ -224,7 +224,7 @@ def test_a_pressure_without_limit_is_named():
 
 @pytest.mark.slow
 def test_helical_pairs_are_compared_with_their_virtual_teeth():
-    """Example 1 of ISO/TR 6336-30."""
+    """Example 1 of ISO/TR 6336-30: only this standard prints helical values."""
     defaults = {
         "module_mm": 8.0,
         "face_width_mm": 100.0,

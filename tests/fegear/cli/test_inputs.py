@@ -51,6 +51,7 @@ def options() -> Iterator[Any]:
 def test_an_option_moves_the_answer_or_is_refused(
     answers, quick_benchmarks, command, name
 ):
+    """Only this finds an option that is read and not used."""
     case = CASES[command][name]
     base, changed = (answers(w, SETS[case.set]) for w in (case.base, case.changed))
     assert base.code == 0

@@ -83,7 +83,7 @@ stiffness_Nm_per_rad = 8e4
 
 @pytest.mark.slow
 def test_vibration_of_usual_hubs_is_that_of_finite_elements():
-    """Of a user's counter-shaft, on which the second mesh vibrated a third less."""
+    """Only usual hubs show that the second mesh vibrated a third less."""
     gears, speed = read_gear_set(USUAL), (1300.0, 2200.0, 3000.0)
     model = LumpedModel(number="coupled", excitation=COARSE)
     shared = {"gear_set": gears, "torque": 40.0, "speeds": speed, "direction": "up"}

@@ -46,6 +46,7 @@ def studies_of(gear_set, torque: float):
 
 @pytest.mark.parametrize("number", KINDS)
 def test_every_command_has_the_same(number):
+    """Only this compares the states about which commands linearise."""
     gear_set = random_gear_set(number)
     (torque,) = gear_set.meshes[0].torques
     summaries = {

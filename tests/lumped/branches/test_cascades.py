@@ -194,7 +194,7 @@ def test_ratios_of_a_cascade_are_of_intervals_of_either_sign():
 
 @pytest.mark.slow
 def test_six_doublings_of_the_idler_approach_the_constant_of_feigenbaum(train):
-    """By shooting, from the motion of one period on; the last ratio is 4.79."""
+    """By shooting; only the last of six ratios, 4.79, is near enough to tell it."""
     doubled = followed(train, (1471.4, 1640.0), period_multiple=32, solver="shooting")
     cascade = max(find_cascades(doubled, 1000.0), key=lambda c: c.multiples)
     assert cascade.multiples == (1, 2, 4, 8, 16, 32)

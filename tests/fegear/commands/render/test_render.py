@@ -476,7 +476,7 @@ def test_page_of_a_whole_set_names_its_gears(tmp_path):
 
 @pytest.mark.slow
 def test_film_of_a_third_of_a_turn_ends_where_it_began(tmp_path):
-    """Planets are in the places of others, and all teeth where teeth have been."""
+    """Only all gears drawn show a planet or tooth that is not where others were."""
     path = tmp_path / "turn.gif"
     turn = ("--turns", "0.333333333333", "--frames", "12", "--width", "480")
     run(*SET, *turn, "-o", str(path))

@@ -113,7 +113,7 @@ def called(
 
 @pytest.mark.slow
 def test_after_it_the_first_uses_compile_nothing(tmp_path):
-    """And no kernel is compiled for more kinds of arguments than it needs."""
+    """Only a cache that was empty shows what is compiled, and for which arguments."""
     cache = str(tmp_path)
     process = called("-m", "fegear", "warmup", "--json", cache=cache)
     values = json.loads(process.stdout)
