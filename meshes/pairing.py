@@ -103,6 +103,11 @@ class GearPair:
         end = self.driver.tip_roll_length
         return min(end, self.line_of_action - undercut_end(self.driven))
 
+    def overlap_ratio(self, width: float) -> float:
+        """Base pitches by which the helix leads over a face width [m], 0 of spurs."""
+        driver = self.driver
+        return abs(driver.base_radius * driver.twist * width) / driver.base_pitch
+
     @property
     def path(self) -> tuple[float, float]:
         """Start and end of the path of contact, base pitches past the pitch point."""

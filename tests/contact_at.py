@@ -10,16 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fegear.contact.kernel_constants import Conditions, PairTeeth
 from fegear.contact.offset_centers import moved_lines
-from fegear.contact.problem import ContactProblem
-from fegear.contact.solve import (
+from fegear.contact.pairs import (
+    PairTeeth,
     back_side_position,
     candidate_pairs,
     different_teeth,
     pair_gaps,
-    solve_drive_side,
 )
+from fegear.contact.plane.constants import Conditions
+from fegear.contact.plane.solve import solve_drive_side
+from fegear.contact.problem import ContactProblem
 from lumped.common.array_types import Array
 from lumped.train.system import LumpedSystem
 

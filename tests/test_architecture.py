@@ -17,12 +17,8 @@ from source_files import ROOT, nodes
 PACKAGES = ("meshes", "fegear", "lumped", "validation")
 FILES = [p for name in PACKAGES for p in sorted((ROOT / name).rglob("*.py"))]
 UNIX_ONLY = {"fcntl", "grp", "posix", "pty", "pwd", "resource", "syslog", "termios"}
-KERNELS = [
-    ROOT / "fegear" / "contact" / f"{name}.py"
-    for name in ("active_set", "compliance", "cycle", "flanks", "patches")
-]
-KERNELS += [ROOT / "fegear" / "elasticity" / "flank_grid.py"]
-KERNELS += sorted((ROOT / "fegear" / "dynamics" / "kernels").glob("*.py"))
+KERNELS = [ROOT / "fegear" / "elasticity" / "flank_grid.py"]
+KERNELS += sorted((ROOT / "fegear").rglob("kernels/*.py"))
 KERNELS += sorted((ROOT / "lumped").rglob("kernels/*.py"))
 NUMERICS = {"__future__", "math", "cmath", "typing", "numpy", "numpy.typing", "numba"}
 # Packages from the ground to the roof: a file imports from its own package and from the

@@ -14,7 +14,7 @@ from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
 from skfem.models.elasticity import linear_elasticity
 
 from fegear.contact.loads import patch_load
-from fegear.contact.solve import run_kernel
+from fegear.contact.plane.solve import run_kernel
 from meshes import sector_mesh
 from meshes.profile import flank_points, flank_tangents, roll_length_at_arc, turn
 

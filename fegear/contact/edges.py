@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.loads import PatchLoad
-from fegear.contact.problem import ContactCycle, ContactProblem, corner_pairs
+from fegear.contact.problem import ContactProblem
 from fegear.contact.profiles import profile_kinks
+from fegear.contact.result import ContactCycle
 from fegear.gearset.modifications import FlankProfile, Relief
 from lumped.common.array_types import Array
 from meshes import SpurGear
@@ -110,16 +111,17 @@ def edge_positions(
 def finite_pressures(
     problem: ContactProblem, cycle: ContactCycle, torque: int
 ) -> Array:
-    """Largest pressure of each pair (n, k) in plane strain [Pa], 0 of those whose
-    contact contains an edge.
+    """Largest pressure of each pair and slice (n, k, m) in plane strain [Pa].
+
+    0 where the contact contains an edge. Along the width pressures are those of Hertz,
+    which no kink of a flank changes.
 
     torque : index of one of the cycle's torques
     """
-    if cycle.face is not None:
-        finite = np.where(cycle.face.on_path, cycle.face.pressure[torque], 0.0)
-        return np.asarray(problem.plane_strain_pressure * finite.max(axis=2))
-    is_sharp = edge_pairs(problem, cycle, torque)
-    finite = np.where(is_sharp, 0.0, cycle.pressure[torque])
+    has_limit = cycle.face.on_path
+    if cycle.face.is_uniform:
+        has_limit = has_limit & ~edge_pairs(problem, cycle, torque)[..., None]
+    finite = np.where(has_limit, cycle.face.pressure[torque], 0.0)
     return np.asarray(problem.plane_strain_pressure * finite)
 
 
@@ -155,5 +157,5 @@ def edge_pairs(
     for i, (of_teeth, edges) in _spall_edges(problem, cycle):
         distance = np.abs(arc[..., i, None] - edges).min(axis=-1)
         is_edge |= of_teeth & (distance < HERTZ_MARGIN * half_width)
-    corners = corner_pairs(problem, cycle, torque)
+    corners = cycle.corner_pairs(torque)
     return np.asarray(corners | (is_edge & (load > 0.0)))

@@ -9,9 +9,9 @@ from typing import Literal
 
 import numpy as np
 
-from fegear.contact.kernel_runs import KernelResult
+from fegear.contact.plane.runs import KernelResult
+from fegear.contact.plane.solve import run_kernel
 from fegear.contact.problem import ContactProblem
-from fegear.contact.solve import run_kernel
 from fegear.elasticity.body_stress import ToothLoad
 from lumped.common.array_types import Array
 

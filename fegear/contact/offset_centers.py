@@ -38,8 +38,8 @@ class MovedLines(NamedTuple):
 
     place : positions that the mesh would have at rest with its pairs where they are
         now [base pitches]
-    lines : (n, 2) as in `fegear.contact.cycle.solve_cycle`, of no size where they do
-        not move
+    lines : (n, 2) as in `fegear.contact.plane.kernels.cycle.Constants`, of no size
+        where they do not move
     gap : of all pairs [m]
     """
 

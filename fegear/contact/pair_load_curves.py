@@ -14,10 +14,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.kernel_constants import Conditions, PairTeeth, kernel_inputs
-from fegear.contact.kernel_runs import missing_pairs
+from fegear.contact.pairs import PairTeeth, back_side_position, candidate_pairs
+from fegear.contact.plane.constants import Conditions, kernel_inputs
+from fegear.contact.plane.runs import missing_pairs
+from fegear.contact.plane.solve import solve_drive_side
 from fegear.contact.problem import ContactProblem
-from fegear.contact.solve import back_side_position, candidate_pairs, solve_drive_side
 from fegear.elasticity.flank_grid import flank_stencils
 from lumped.common.array_types import Array
 

@@ -13,8 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from fegear.contact.face import FaceLoads
-from fegear.contact.problem import ContactCycle
+from fegear.contact.result import ContactCycle
 from fegear.contact.virtual_work import arrange_along_path
 from fegear.gearset.loss_factor import sliding_per_base_pitch
 from lumped.common.array_types import Array
@@ -33,9 +32,7 @@ def path_positions(cycle: ContactCycle) -> Array:
     return np.asarray(position[:, None] + cycle.teeth)
 
 
-def face_along_path(
-    cycle: ContactCycle, face: FaceLoads, values: Array, places: Array
-) -> Array:
+def face_along_path(cycle: ContactCycle, values: Array, places: Array) -> Array:
     """Values (n, k, m) over the face width at places (p,) of the path, (p, m).
 
     Linear between positions, in each slice by itself; where tooth pairs differ, the
@@ -49,7 +46,7 @@ def face_along_path(
         """Arrange by slice, base pitch and position from a pair's first to its last."""
         return arrange_along_path(cycle, of_pairs.transpose(2, 0, 1), pitches)
 
-    rows = zip(along(face.path_position), along(values), strict=True)
+    rows = zip(along(cycle.face.path_position), along(values), strict=True)
     slices = [
         np.max([np.interp(places, *one) for one in zip(*row, strict=True)], axis=0)
         for row in rows

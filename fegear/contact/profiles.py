@@ -19,7 +19,7 @@ def profile_record(profile: FlankProfile | None, start: float, tip: float) -> An
 
     start, tip : roll lengths at which the active profile begins and ends [m]
     """
-    from fegear.contact.flanks import PROFILE
+    from fegear.contact.plane.kernels.flanks import PROFILE
 
     record = np.zeros((), PROFILE)
     record["half_range"] = 1.0

@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from fegear.contact.problem import ContactCycle
+from fegear.contact.result import ContactCycle
 from lumped.common.array_types import Array
 
 

@@ -20,8 +20,8 @@ from fegear.contact.pair_load_curves import (
     ToothLoadCurves,
     tooth_load_curves,
 )
+from fegear.contact.pairs import back_side_position, different_teeth, with_back_flanks
 from fegear.contact.problem import ContactProblem
-from fegear.contact.solve import back_side_position, different_teeth, with_back_flanks
 from fegear.contact.tooth_faults import ToothFaults
 from lumped.common.array_types import Array, Indices
 

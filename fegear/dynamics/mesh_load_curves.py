@@ -14,9 +14,9 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.excitation import Excitations
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from lumped.train.table import MeshTable
 
 POSITIONS_PER_CYCLE = 128  # of a mesh cycle at which pair laws are solved

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from fegear.contact.pair_load_curves import PAIR_RANGE_FACTOR, PairLoadCurves
-from fegear.contact.solve import back_side_position
+from fegear.contact.pairs import back_side_position
 from fegear.dynamics.mesh_load_curves import POSITIONS_PER_CYCLE, has_back_side
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.files.errors import InputError

@@ -344,9 +344,7 @@ class GearSet(ShortRepr):
         float
             Overlap ratio, 0 of spur gears.
         """
-        driver = self.meshes[index].pair.driver
-        lead = abs(driver.base_radius * driver.twist * self.common_width(index))
-        return lead / driver.base_pitch
+        return self.meshes[index].pair.overlap_ratio(self.common_width(index))
 
     def engagement(self, index: int) -> tuple[float, float]:
         """Positions at which a tooth pair comes into contact and leaves it.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.loads import patch_loads
-from fegear.contact.solve import run_kernel
+from fegear.contact.plane.solve import run_kernel
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.placing import layout
@@ -25,9 +25,9 @@ from fegear.rendering.loaded_gears import loaded_gears
 from fegear.rendering.mesh_scene import MeshScene, RelativePose
 from fegear.rendering.recorded import Instant
 from fegear.rendering.sector_field import LoadableGear, loadable_gear
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.plausibility import plausibility_warnings
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from lumped.common.array_types import Array, Indices
 from lumped.common.progress import Progress, silent
 from lumped.common.short_repr import ShortRepr

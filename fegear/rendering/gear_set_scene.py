@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from fegear.contact.loads import patch_loads
-from fegear.contact.solve import run_kernel
+from fegear.contact.plane.solve import run_kernel
 from fegear.files.errors import InputError
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet

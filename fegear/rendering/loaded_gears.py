@@ -299,7 +299,7 @@ class DriverContact:
             self.sector.at(in_sector)[:, :2]
         )
         pressure = load.normal / load.step
-        pressure[[0, -1]] *= 2.0  # end nodes carry half a hat, see fegear.contact.grid
+        pressure[[0, -1]] *= 2.0  # end nodes carry half a hat, see `plane.grid`
         return PairField(
             tooth=-load.tooth if pose.back else load.tooth,
             points=points,

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from fegear.contact.kernel_runs import KernelResult, solve_pairs
 from fegear.contact.loads import PatchLoad, patch_load
+from fegear.contact.pairs import back_side_position
+from fegear.contact.plane.runs import KernelResult, solve_pairs
 from fegear.contact.problem import ContactFailure, ContactProblem
-from fegear.contact.solve import back_side_position
 from fegear.rendering.fields import ContactField
 from fegear.rendering.frames import View
 from fegear.rendering.loaded_gears import loaded_gears
@@ -63,7 +63,7 @@ def _solve_pair(
     problem: ContactProblem, tooth: int, position: float, torque: float
 ) -> tuple[float, KernelResult]:
     """Arm of the force [m] and solution of one pair at a torque [N m]."""
-    from fegear.contact.cycle import TORQUE
+    from fegear.contact.plane.kernels.cycle import TORQUE
 
     targets = np.array([[torque / problem.face_width]])
     place = np.array([position])

@@ -63,7 +63,7 @@ class Excitations:
 
     def require_mesh(self, gear_set: GearSet, mesh: int) -> None:
         """Raise InputError for a mesh that has no excitation, before it is solved."""
-        from fegear.statics.face_problem import require_solvable
+        from fegear.statics.contact_problem import require_solvable
 
         solved_set = gear_set
         if self.settings.kind != "fe":

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from fegear.contact.edges import edge_positions, finite_pressures
-from fegear.contact.face import largest_of_bands
-from fegear.contact.path import face_along_path, loss_factor, path_positions
-from fegear.contact.problem import ContactCycle, ContactProblem
+from fegear.contact.path import face_along_path, loss_factor
+from fegear.contact.problem import ContactProblem
+from fegear.contact.result import ContactCycle, largest_of_bands
 from lumped.common.array_types import Array
 from lumped.train.table import MeshTable
 from meshes import GearPair
@@ -24,13 +24,13 @@ def key_figures(
     Pressures are those of pairs without an edge in contact, see `fegear.contact.edges`,
     None where there is no such pair. That at the pitch point is the largest there of
     all tooth pairs and of all places over the face width, where these differ: of bands
-    of it, see `fegear.contact.face.largest_of_bands`.
+    of it, see `fegear.contact.result.largest_of_bands`.
     """
     names = "stiffness_N_per_m", "local_stiffness_N_per_m", "friction_bending_ratio"
     k, local, bending = (table[name][t] for name in names)
     ste, no_load = (table[name][t] for name in ("ste_m", "nlte_m"))
     pressures = finite_pressures(problem, cycle, t)
-    of_all_pairs = pressures.max(axis=1)
+    of_all_pairs = pressures.max(axis=(1, 2))
     largest = int(of_all_pairs.argmax())
     at_pitch_point = _pressure_at_pitch_point(problem, cycle, t)
     return {
@@ -67,17 +67,10 @@ def _pressure_at_pitch_point(
     problem: ContactProblem, cycle: ContactCycle, t: int
 ) -> float:
     """Largest one in plane strain without an edge in contact [Pa], 0 without any."""
-    if cycle.face is not None:
-        face, pitch_point = cycle.face, np.zeros(1)
-        finite = np.where(face.on_path, face.pressure[t], 0.0)
-        # of the load on a band, the square of the pressure
-        squares = face_along_path(cycle, face, finite, pitch_point) ** 2
-        largest = math.sqrt(largest_of_bands(squares).max())
-        return float(problem.plane_strain_pressure * largest)
-    # reference pairs are at the pitch point at the start of each base pitch
-    pitches = math.floor(cycle.position[-1]) + 1
-    at_start = slice(None, None, cycle.position.size // pitches), cycle.teeth == 0
-    return float(finite_pressures(problem, cycle, t)[at_start].max(initial=0.0))
+    finite = finite_pressures(problem, cycle, t)
+    # of the load on a band, the square of the pressure
+    squares = face_along_path(cycle, finite, np.zeros(1)) ** 2
+    return math.sqrt(largest_of_bands(squares).max())
 
 
 def _over_face(
@@ -88,14 +81,14 @@ def _over_face(
     The largest load per length is that of all contacts, as in the file of loads, and
     beside it the largest of those on the path of contact, where no tip corner touches.
     """
-    face, loads = problem.face, cycle.face
-    if face is None or loads is None:
+    loads = cycle.face
+    if loads.is_uniform:
         return {}
     on_path = np.where(loads.on_path, loads.load[t], 0.0)
     axial_force = float(loads.axial_force_on_driver[t].mean())
     n, k, m = np.unravel_index(loads.load[t].argmax(), on_path.shape)
     return {
-        "overlap_ratio": face.overlap(problem.pair.driver),
+        "overlap_ratio": problem.pair.overlap_ratio(loads.width),
         "load_distribution_factor": float(loads.distribution_factor[t]),
         "largest_line_load_N_per_mm": 1e-3 * float(loads.load[t, n, k, m]),
         "largest_line_load_at_mm": 1e3 * float(loads.place[m]),
@@ -134,12 +127,9 @@ def loss_factors(pair: GearPair, cycle: ContactCycle) -> Array:
     """
     gears = pair.driver, pair.driven
     teeth = tuple(gear.sign * gear.teeth for gear in gears)
-    if cycle.face is not None:
-        shape = *cycle.ste.shape, -1
-        loads = cycle.face.load.reshape(shape)
-        # friction comes with the normal force, of which the section has a part
-        in_section = loads * math.cos(cycle.face.base_helix_angle)
-        share = loads / in_section.sum(axis=2, keepdims=True)
-        place = cycle.face.path_position.reshape(cycle.position.size, -1)
-        return loss_factor(teeth, place, share)
-    return loss_factor(teeth, path_positions(cycle), cycle.load_share)
+    loads = cycle.face.load.reshape(*cycle.ste.shape, -1)
+    # friction comes with the normal force, of which the section has a part
+    in_section = loads * math.cos(cycle.face.base_helix_angle)
+    share = loads / in_section.sum(axis=2, keepdims=True)
+    place = cycle.face.path_position.reshape(cycle.position.size, -1)
+    return loss_factor(teeth, place, share)

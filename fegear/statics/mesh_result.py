@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.problem import ContactCycle, ContactProblem
+from fegear.contact.problem import ContactProblem
+from fegear.contact.result import ContactCycle
 from fegear.contact.virtual_work import largest_deflection, work_on_gaps
 from fegear.files.output import write_text
 from fegear.result import Result, frame

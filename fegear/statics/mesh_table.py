@@ -8,7 +8,6 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pair_load_curves import pair_coupling
 from fegear.contact.path import (
     contact_diameters,
     on_path,
@@ -16,7 +15,9 @@ from fegear.contact.path import (
     roll_angles,
     sliding_over_pitch_speed,
 )
-from fegear.contact.problem import ContactCycle, ContactProblem
+from fegear.contact.problem import ContactProblem
+from fegear.contact.result import ContactCycle
+from fegear.contact.solve import coupling_of_pairs
 from fegear.files.version import package_version
 from fegear.gearset.leads import width_gap
 from fegear.gearset.model import GearSet
@@ -61,7 +62,7 @@ def table_columns(
     if stresses is not None:
         largest = stresses.largest
         columns["driver_root_stress_Pa"], columns["driven_root_stress_Pa"] = largest
-    if cycle.face is not None:
+    if not cycle.face.is_uniform:
         columns["axial_force_N"] = np.abs(cycle.face.axial_force_on_driver)
         columns["load_center_mm"] = 1e3 * cycle.face.center
     angle, sliding = _pair_kinematics(pair, cycle)
@@ -116,14 +117,7 @@ def pair_compliances(problem: ContactProblem, cycle: ContactCycle) -> dict[str, 
     Empty where one of them faces no flank.
     """
     used = _used_pairs(cycle)
-    if cycle.face is None:
-        arc, turn = (
-            a[:, :, used].reshape(-1, used.size, 2) for a in (cycle.arc, cycle.turn)
-        )
-        normal, _ = pair_coupling(problem, cycle.teeth[used], arc, turn)
-        compliance = normal.reshape(*cycle.ste.shape, used.size, used.size)
-    else:
-        compliance = cycle.face.coupling[:, :, used][..., used]
+    compliance = coupling_of_pairs(problem, cycle, used)
     facing = np.isfinite(cycle.gap[..., used])
     closing = np.where(facing, cycle.closing[..., used], np.nan)
     return {

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from fegear.contact.path import path_positions, sliding_sign
-from fegear.contact.problem import ContactCycle, ContactProblem
+from fegear.contact.problem import ContactProblem
+from fegear.contact.result import ContactCycle
 from fegear.elasticity.root_stress import FlankLoad, RootInfluence
 from fegear.elasticity.sector import RIGHT
 from fegear.files.timing import stage

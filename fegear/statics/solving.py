@@ -4,38 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
-from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fegear.boundary import mesh_index, public, require_torque
-from fegear.contact.face import FaceLoads
-from fegear.contact.problem import (
-    ContactCycle,
-    ContactFlank,
-    ContactProblem,
-    corner_positions,
-)
+from fegear.contact.problem import ContactProblem
+from fegear.contact.result import ContactCycle, joined_cycles
 from fegear.contact.solve import solve_cycle
-from fegear.contact.tooth_faults import ChangedCompliance
-from fegear.elasticity.cache import (
-    cached_compliance_change,
-    cached_flank_compliance,
-    cached_root_influence,
-)
-from fegear.elasticity.flank import FlankCompliance
-from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
-from fegear.elasticity.sector import cyclic_sector
+from fegear.elasticity.cache import cached_root_influence
 from fegear.files.errors import InputError
 from fegear.files.timing import recorded_stages, stage
-from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
-from fegear.gearset.model import Gear, GearSet
-from fegear.gearset.pitch_errors import mesh_errors, pair_periods
-from fegear.statics.face_problem import face_problem, require_solvable
-from fegear.statics.mesh_faults import faulty_sides
+from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import pair_periods
+from fegear.statics.contact_problem import contact_problem, require_solvable
 from fegear.statics.mesh_result import ErrorEstimate, StaticsResult, error_estimate
 from fegear.statics.mesh_table import (
     mesh_name,
@@ -44,16 +26,14 @@ from fegear.statics.mesh_table import (
     table_header,
 )
 from fegear.statics.root_stress import RootStresses, relative_change, root_stresses
-from fegear.statics.settings import MAX_ROWS, RESOLUTIONS, Resolution, StaticsSettings
+from fegear.statics.settings import MAX_ROWS, RESOLUTIONS, StaticsSettings
 from lumped.common.array_types import Array
 from lumped.common.checks import plain_numbers
 from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable
 from meshes import MeshSize
-from meshes.crack import Crack
 
-POSITIONS_PER_CHUNK = 2048  # positions solved between two reports of progress
-POSITIONS_OVER_FACE = 32  # the same, where loads vary over the face width
+MOST_COMPARED = 2048  # positions that are solved again, coarser
 
 
 @public
@@ -190,87 +170,6 @@ def _positions_and_pitches(
     return position, np.repeat(np.arange(pitches), positions)
 
 
-def contact_problem(
-    gear_set: GearSet,
-    mesh: int,
-    settings: StaticsSettings,
-    report: Progress = silent,
-    resolution: Resolution | None = None,
-) -> ContactProblem:
-    """The mesh's contact problem with both flank compliances at hand.
-
-    resolution : instead of that of the settings
-    """
-    resolution = resolution or RESOLUTIONS[settings.resolution]
-    spec = gear_set.meshes[mesh]
-    if spec.varies_over_width:
-        return face_problem(gear_set, mesh, settings, resolution, report)
-    flank_compliances: list[FlankCompliance] = []
-    materials: list[PlaneMaterial] = []
-    for i, gear in enumerate(gear_set.gears[g] for g in (spec.driver, spec.driven)):
-        report(f"compliance of {gear.name}", i, 2)
-        material = settings.material(gear, gear_set.common_width(mesh))
-        materials.append(material)
-        compliance_of_flank = cached_flank_compliance(
-            gear.geometry, material, resolution.size
-        )
-        if settings.body == "free":
-            from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
-
-            require_inertia_of_bodies(gear_set, "bodies that are held count no inertia")
-            sector = cyclic_sector(gear.geometry, material, resolution.size)
-            relief = inertia_relief(sector, gear.density)
-            widths = gear_set.common_width(mesh), gear.face_width
-            compliance_of_flank = in_mean_axes(
-                compliance_of_flank, relief, widths, inertia_of(gear)
-            )
-        flank_compliances.append(compliance_of_flank)
-    report("compliance", 2, 2)
-    solve_compliance_change = partial(_compliance_change, settings, resolution.size)
-    driver, driven = (
-        ContactFlank(
-            compliance=compliance,
-            tip_relief=modifications.tip_relief,
-            root_relief=modifications.root_relief,
-            profile=side.profile,
-            pitch_errors=pitch_errors,
-            faults=side.faults,
-            offset=side.offset,
-        )
-        for compliance, modifications, side, pitch_errors in zip(
-            flank_compliances,
-            spec.flanks,
-            faulty_sides(gear_set, mesh, solve_compliance_change),
-            mesh_errors(gear_set, mesh),
-            strict=True,
-        )
-    )
-    return ContactProblem(
-        pair=spec.pair,
-        driver=driver,
-        driven=driven,
-        face_width=gear_set.common_width(mesh),
-        friction=settings.friction,
-        corner_contact=settings.corner_contact,
-        nodes=resolution.nodes,
-        plane_stress_pressure=pressure_in_plane(materials[0], materials[1], "stress"),
-        plane_strain_pressure=pressure_in_plane(materials[0], materials[1], "strain"),
-    )
-
-
-def _compliance_change(
-    settings: StaticsSettings, size: MeshSize, gear: Gear, cracks: dict[int, Crack]
-) -> ChangedCompliance:
-    """What cracks add to the compliance of a gear, by tooth, counted clockwise."""
-    if settings.body == "free":
-        raise InputError(
-            f'gear "{gear.name}": cracks; not known of bodies that are free to '
-            "accelerate, body = free"
-        )
-    material = settings.material(gear)
-    return cached_compliance_change(gear.geometry, material, size, cracks)
-
-
 def _solve_in_chunks(
     problem: ContactProblem,
     torque: Array,
@@ -279,7 +178,7 @@ def _solve_in_chunks(
 ) -> ContactCycle:
     """Solve in pieces short enough for Ctrl-C and a progress bar."""
     n_positions = positions_and_pitches[0].size
-    size = POSITIONS_PER_CHUNK if problem.face is None else POSITIONS_OVER_FACE
+    size = problem.solver.positions_at_once
     chunks = [slice(i, i + size) for i in range(0, n_positions, size)]
     cycles = []
     for i, chunk in enumerate(chunks):
@@ -288,52 +187,7 @@ def _solve_in_chunks(
             position, pitch = (array[chunk] for array in positions_and_pitches)
             cycles.append(solve_cycle(problem, torque, position, pitch))
     report("contact", len(chunks), len(chunks))
-    return cycles[0] if len(cycles) == 1 else _join_cycles(cycles)
-
-
-def _join_cycles(cycles: list[ContactCycle]) -> ContactCycle:
-    """Cycles over consecutive positions as one; pairs are matched by tooth."""
-    teeth = sorted({int(k) for c in cycles for k in c.teeth}, key=lambda k: (abs(k), k))
-    values_without_contact = {
-        "load": 0.0,
-        "load_slope": 0.0,
-        "pressure": 0.0,
-        "gap": np.inf,
-        "friction_bending": np.nan,
-    }
-    values_without_contact |= {"arc": 0.0, "turn": 0.0, "closing": 1.0}
-
-    def by_pair(cycle: ContactCycle, name: str) -> Array:
-        values = getattr(cycle, name)
-        with_all_pairs = np.full(
-            (*values.shape[:2], len(teeth), *values.shape[3:]),
-            values_without_contact[name],
-        )
-        with_all_pairs[:, :, [teeth.index(k) for k in cycle.teeth]] = values
-        return with_all_pairs
-
-    row_names = (
-        *("ste", "no_load", "local_stiffness", "relief_slope"),
-        *("profile_slope", "driven_torque", "residual"),
-    )
-    joined_arrays: dict[str, Any] = {
-        n: np.concatenate([getattr(c, n) for c in cycles], axis=1) for n in row_names
-    }
-    for name in values_without_contact:
-        joined_arrays[name] = np.concatenate([by_pair(c, name) for c in cycles], axis=1)
-    position = np.concatenate([c.position for c in cycles])
-    faces = [
-        c.face.among(np.array([teeth.index(k) for k in c.teeth]), np.array(teeth))
-        for c in cycles
-        if c.face is not None
-    ]
-    return replace(
-        cycles[0],
-        position=position,
-        teeth=np.array(teeth),
-        face=FaceLoads.joined(faces) if faces else None,
-        **joined_arrays,
-    )
+    return cycles[0] if len(cycles) == 1 else joined_cycles(cycles)
 
 
 def _root_stresses(
@@ -348,7 +202,7 @@ def _root_stresses(
 
     size : instead of that of the settings
     """
-    if not settings.root_stress or problem.face is not None:
+    if not settings.root_stress or not cycle.face.is_uniform:
         return None
     spec = gear_set.meshes[mesh]
     gears = (gear_set.gears[index] for index in (spec.driver, spec.driven))
@@ -370,9 +224,9 @@ def _estimate_errors(
     """Compare every torque with the coarsened resolution."""
     coarser_resolution = RESOLUTIONS[settings.resolution].coarsened()
     problem = contact_problem(gear_set, mesh, settings, report, coarser_resolution)
-    pitch = np.floor(cycle.position[:POSITIONS_PER_CHUNK]).astype(np.int64)
+    pitch = np.floor(cycle.position[:MOST_COMPARED]).astype(np.int64)
     with stage("solving"):
-        position = cycle.position[:POSITIONS_PER_CHUNK] - pitch
+        position = cycle.position[:MOST_COMPARED] - pitch
         coarse_cycle = solve_cycle(problem, cycle.torque, position, pitch)
     coarse_stresses = _root_stresses(
         gear_set, mesh, settings, problem, coarse_cycle, coarser_resolution.size
@@ -381,7 +235,7 @@ def _estimate_errors(
     if stresses is not None and coarse_stresses is not None:
         root_change = relative_change(stresses, coarse_stresses)
     distribution_change = slice_change = np.full(cycle.torque.size, math.nan)
-    if cycle.face is not None and coarse_cycle.face is not None:
+    if not cycle.face.is_uniform:
         distribution_change, slice_change = (
             np.abs(getattr(coarse_cycle.face, name) / getattr(cycle.face, name) - 1.0)
             for name in ("distribution_factor", "slice_factor")
@@ -395,7 +249,7 @@ def _estimate_errors(
         error_estimate(
             np.abs(change[t]) / deflection[t],
             float(np.abs(change[t]).mean() / deflection[t].mean()),
-            corner_positions(problem, cycle, t)[: position.size],
+            cycle.corner_positions(t)[: position.size],
             float(root_change[t]),
             float(peak_to_peak_change[t]),
             float(distribution_change[t]),

@@ -61,9 +61,8 @@ def _width_lines(solved: StaticsResult) -> Iterator[str]:
 
 def _slice_lines(solved: StaticsResult) -> Iterator[str]:
     """Warnings of teeth too wide for the polynomials, and of loads in few slices."""
-    face, module = solved.problem.face, solved.problem.pair.driver.module
-    widths = [] if face is None else [flank.width for flank in face.flanks]
-    modules = max(widths, default=0.0) / module
+    widths = solved.problem.solver.widths
+    modules = max(widths) / solved.problem.pair.driver.module
     if modules > MAX_WIDTH:
         yield with_code(
             "W57",

@@ -23,7 +23,7 @@ HOMES = {
         "PictureSettings": "fegear.rendering.pictures",
         "StaticsResult": "fegear.statics.mesh_result",
         "MeshTable": "lumped.train.table",
-        "FaceLoads": "fegear.contact.face",
+        "FaceLoads": "fegear.contact.result",
     },
     "Vibration": {
         "lumped_system": "fegear.train.lumped_models",

@@ -10,13 +10,13 @@ import pytest
 
 import fegear
 from fegear.cli import run
-from fegear.contact.problem import corner_positions
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, make_gear_set
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.mesh_result import ErrorEstimate, error_estimate, largest_errors
 from fegear.statics.settings import RESOLUTIONS, Fineness, Resolution, StaticsSettings
-from fegear.statics.solving import contact_problem, solve_mesh
+from fegear.statics.solving import solve_mesh
 from validation.commands.validate.random_sets.generator import draw_pair, draw_torque
 
 SEED = 662607015  # numbers 0 to 99 are those on which the factor was chosen
@@ -50,7 +50,7 @@ def true_errors(
     errors = []
     for t in range(len(torques)):
         error = np.abs(fine.ste[t] / result.cycle.ste[t] - 1.0)
-        is_corner = corner_positions(result.problem, result.cycle, t)
+        is_corner = result.cycle.corner_positions(t)
         means = fine.ste[t].mean() / result.cycle.ste[t].mean()
         corner = float(error[is_corner].max()) if is_corner.any() else math.nan
         path = float(error[~is_corner].max(initial=0.0))

@@ -16,8 +16,8 @@ from fegear.files.errors import InputError
 from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.leads import MAX_OVERLAP_RATIO
 from fegear.gearset.model import GearSet
+from fegear.statics.contact_problem import require_solvable, slices_over_width
 from fegear.statics.excitation import Excitations
-from fegear.statics.face_problem import require_solvable, slices_over_width
 from fegear.statics.settings import RESOLUTIONS
 from fegear.statics.table_warnings import table_warnings
 

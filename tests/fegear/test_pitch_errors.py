@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from contact_at import contact_at
 
-from fegear.contact.solve import back_side_position, solve_cycle
+from fegear.contact.pairs import back_side_position
+from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
 from fegear.gearset.model import GearSet

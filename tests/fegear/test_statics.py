@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from conftest import make_gear
 
+from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity import flank
@@ -16,7 +17,6 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset import load_gear_set
 from fegear.gearset.read import read_gear_set
-from fegear.statics import solving as statics
 from fegear.statics.settings import RESOLUTIONS, StaticsSettings
 from fegear.statics.solving import solve_mesh
 from lumped.train.table import format_table, pair_compliance_name, parse_table
@@ -63,7 +63,7 @@ def test_mean_error_falls_with_at_least_the_square_of_the_size(pair):
             driver=ContactFlank(compliance=one),
             driven=ContactFlank(compliance=two),
             face_width=25.4e-3,
-            nodes=49,
+            solver=PlaneContact(nodes=49),
         )
         return solve_cycle(problem, [100.0], np.arange(32) / 32).ste.mean()
 
@@ -74,7 +74,7 @@ def test_mean_error_falls_with_at_least_the_square_of_the_size(pair):
 
 
 def test_pieces_join_to_the_whole(pair_set, result, monkeypatch):
-    monkeypatch.setattr(statics, "POSITIONS_PER_CHUNK", 7)
+    monkeypatch.setattr(PlaneContact, "positions_at_once", 7)
     pieces = solve_mesh(pair_set, settings=StaticsSettings(positions=24))
     assert list(pieces.table.columns) == list(result.table.columns)
     for name in ("ste_m", "pair2_gap_m", pair_compliance_name(0, 1)):

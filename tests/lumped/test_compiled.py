@@ -159,7 +159,7 @@ def test_stages_keep_compiling_apart():
 
 def test_a_mode_of_contact_is_compiled_once():
     """A plain int as an argument would compile the whole chain for each value."""
-    from fegear.contact.active_set import STE, TORQUE
+    from fegear.contact.plane.kernels.active_set import STE, TORQUE
 
     @module.njit
     def kind_of(kind):

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from fegear.contact.solve import solve_pair_alone
+from fegear.contact.plane.solve import solve_pair_alone
 from fegear.gearset import load_gear_set
-from fegear.statics.solving import contact_problem
+from fegear.statics.contact_problem import contact_problem
 from meshes.crack import Crack, crack_points
 from validation.cracked_tooth import cracked_page as page
 from validation.cracked_tooth.draw_cracked_tooth import draw_drops

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from fegear.contact.plane.solve import solve_pair_alone
 from fegear.contact.problem import ContactProblem
-from fegear.contact.solve import solve_cycle, solve_pair_alone
+from fegear.contact.solve import solve_cycle
 from fegear.gearset.faults.tooth_faults import Faults, ToothCrack
 from fegear.gearset.model import GearSet
-from fegear.statics.solving import contact_problem
+from fegear.statics.contact_problem import contact_problem
 from lumped.common.array_types import Array
 from meshes.crack import Crack
 from validation.cracked_tooth.drops import (

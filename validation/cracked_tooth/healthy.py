@@ -19,7 +19,7 @@ from functools import cached_property
 
 import numpy as np
 
-from fegear.contact.solve import solve_pair_alone
+from fegear.contact.plane.solve import solve_pair_alone
 from fegear.gearset.model import GearSet
 from fegear.gearset.planes import section_plane
 from fegear.statics.mesh_result import StaticsResult

@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from fegear.contact.problem import ContactCycle
-from fegear.contact.solve import solve_cycle, solve_pair_alone
+from fegear.contact.plane.solve import solve_pair_alone
+from fegear.contact.result import ContactCycle
+from fegear.contact.solve import solve_cycle
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.planes import Plane
 from fegear.statics.mesh_result import StaticsResult

@@ -25,8 +25,8 @@ from fegear.elasticity.flank import FlankCompliance
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
 from fegear.result import Result
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
 

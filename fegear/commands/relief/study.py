@@ -39,9 +39,10 @@ from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem, mesh_statics
+from fegear.statics.solving import mesh_statics
 from fegear.statics.table_warnings import table_warnings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.path import path_positions, sliding_sign
-from fegear.contact.problem import ContactCycle, ContactProblem
+from fegear.contact.problem import ContactProblem
+from fegear.contact.result import ContactCycle
 from fegear.contact.tooth_faults import ToothFaults
 from fegear.elasticity.cache import cached_crack_influence
 from fegear.elasticity.crack_influence import CrackInfluence

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from fegear.contact.face import FaceLoads
 from fegear.contact.path import face_along_path
+from fegear.contact.result import FaceLoads
 from lumped.common.array_types import Array
 from lumped.figures.drawing import color_of, draw_title, panels
 
@@ -28,13 +28,13 @@ def draw_face(result: StaticsResult, title: str = "") -> Figure:
     """
     cycle, (start, end) = result.cycle, result.problem.pair.path
     face = cycle.face
-    if face is None:
-        raise ValueError("face = None; loads are equal over the face width")
+    if face.is_uniform:
+        raise ValueError("loads are equal over the face width")
     largest = int(np.argmax(cycle.torque))
     figure, rows = panels(2, size=(9.0, 8.0), heights=(3.0, 2.0), share=True)
     flank, load = (row[0] for row in rows)
     path = np.linspace(start - BEYOND_PATH, end + BEYOND_PATH, PATH_POINTS)
-    pressure = face_along_path(cycle, face, face.pressure[largest], path)
+    pressure = face_along_path(cycle, face.pressure[largest], path)
     half_step = 0.5 * (path[1] - path[0])
     # edges have no limit and would take all the colours
     most = np.where(face.on_path, face.pressure[largest], 0.0).max()
@@ -68,7 +68,7 @@ def draw_face(result: StaticsResult, title: str = "") -> Figure:
 
 def _slice_ends(face: FaceLoads) -> Array:
     """Ends of the slices, from the middle of the width (m + 1,) [m]."""
-    half = 0.5 * (face.place[1] - face.place[0])
+    half = 0.5 * face.width / face.place.size
     return np.append(face.place - half, face.place[-1] + half)
 
 

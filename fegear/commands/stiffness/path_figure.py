@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.edges import edge_pairs
-from fegear.contact.face import FaceLoads
 from fegear.contact.path import (
     face_along_path,
     path_positions,
@@ -59,8 +58,8 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
     Of helical gears all pairs, whose lines are at many places of the path at once.
     """
     cycle, pair = result.cycle, result.problem.pair
-    if cycle.face is not None and cycle.face.base_helix_angle:
-        return _helical_along_path(result, cycle.face)
+    if cycle.face.base_helix_angle:
+        return _helical_along_path(result)
 
     def along(values: Array) -> Array:
         return arrange_along_path(cycle, values, result.pitches)[:, 0]
@@ -84,20 +83,20 @@ def pair_along_path(result: StaticsResult) -> PairAlongPath:
     )
 
 
-def _helical_along_path(result: StaticsResult, face: FaceLoads) -> PairAlongPath:
+def _helical_along_path(result: StaticsResult) -> PairAlongPath:
     """The largest over the face width at each place of the path."""
-    cycle, pair = result.cycle, result.problem.pair
+    cycle, face, pair = result.cycle, result.cycle.face, result.problem.pair
     start, end = pair.path
     place = np.linspace(start - BEYOND_PATH, end + BEYOND_PATH, PATH_POINTS)
 
     def along(values: Array) -> Array:
-        largest = [face_along_path(cycle, face, one, place).max(1) for one in values]
+        largest = [face_along_path(cycle, one, place).max(1) for one in values]
         return np.where(np.array(largest) > 0.0, largest, np.nan)
 
     pressure = along(face.pressure)
     none = np.full_like(pressure, np.nan)
     outside = np.where(face.on_path, 0.0, 1.0)
-    off_path = face_along_path(cycle, face, outside, place).max(1) > 0.0
+    off_path = face_along_path(cycle, outside, place).max(1) > 0.0
     return PairAlongPath(
         angle=np.degrees(roll_angles(pair, place)[0]),
         sliding=sliding_over_pitch_speed(pair, place),
@@ -117,8 +116,6 @@ def _pressure(result: StaticsResult) -> Array:
     """
     cycle = result.cycle
     pressure = result.problem.plane_strain_pressure * cycle.pressure
-    if cycle.face is None:
-        return pressure
     on_path = np.where(cycle.face.on_path, cycle.face.pressure, 0.0).max(axis=3)
     return np.where(on_path > 0.0, on_path, pressure)
 
@@ -205,7 +202,7 @@ def draw_path(result: StaticsResult, title: str = "") -> Figure:
 def _drawn_quantities(result: StaticsResult) -> Iterator[str]:
     """Lines of the title on pairs and torques that are left out."""
     count, face = result.cycle.torque.size, result.cycle.face
-    if face is not None and face.base_helix_angle:
+    if face.base_helix_angle:
         yield (
             "largest over the face width at each place of the path; at its ends A "
             "and E tip corners touch"
@@ -233,8 +230,7 @@ def _mark_path(axes: Axes, result: StaticsResult, named: bool) -> None:
     pair = result.problem.pair
     start, end = pair.path
     marks = {"A": start, "B": end - 1.0, "C": 0.0, "D": start + 1.0, "E": end}
-    face = result.cycle.face
-    is_helical = face is not None and face.base_helix_angle != 0.0
+    is_helical = result.cycle.face.base_helix_angle != 0.0
     if is_helical or pair.contact_ratio >= 2.0:  # there is no single contact
         marks = {"A": start, "C": 0.0, "E": end}
     for name, place in marks.items():

@@ -233,7 +233,7 @@ class StiffnessResult(StudyResult):
     def _face_rows(self) -> list[dict[str, Any]]:
         """Loads of slices that carry some."""
         cycle, face = self.solved.cycle, self.solved.cycle.face
-        if face is None:
+        if face.is_uniform:
             return []
         return [
             {
@@ -281,7 +281,7 @@ class StiffnessResult(StudyResult):
             "plot": partial(draw_table, self.solved, self._title),
             "path": partial(draw_path, self.solved, self._title),
             "harris": partial(draw_harris, self.solved, self._title),
-            **(over_face if self.solved.cycle.face is not None else {}),
+            **({} if self.solved.cycle.face.is_uniform else over_face),
         }
 
     @property
@@ -311,9 +311,8 @@ class StiffnessResult(StudyResult):
 
     def _carried_over(self) -> str:
         """Which of both stiffnesses describes vibration about the load elsewhere."""
-        face = self.solved.problem.face
         mean = "mean k is the load over the deflection from no load"
-        if face is not None and np.ptp(face.gap):
+        if np.ptp(self.solved.problem.solver.gap):
             last = self.summary["torques"][-1]
             names = "mean_stiffness_N_per_m", "mean_local_stiffness_N_per_m"
             below = 100.0 * (1.0 - last[names[0]] / last[names[1]])
@@ -342,7 +341,7 @@ class StiffnessResult(StudyResult):
         yield RowTable(values["torques"], COLUMNS, text_columns=())
         yield self._carried_over()
         yield RowTable(values["torques"], STRESS_COLUMNS, STRESS_TITLE, text_columns=())
-        if self.solved.problem.face is not None:
+        if not self.solved.cycle.face.is_uniform:
             yield "root stress is not computed where loads vary over the face width"
             yield RowTable(values["torques"], FACE_COLUMNS, FACE_TITLE, text_columns=())
             yield from _axial_senses(self.solved)

@@ -33,9 +33,10 @@ from fegear.commands.tolerances.variants import (
     solve_variants,
     with_profiles,
 )
+from fegear.contact.pairs import candidate_pairs
 from fegear.contact.path import on_path
 from fegear.contact.problem import ContactProblem
-from fegear.contact.solve import candidate_pairs, solve_cycle
+from fegear.contact.solve import solve_cycle
 from lumped.common.array_types import Array
 
 Distribution = Literal["normal", "uniform"]

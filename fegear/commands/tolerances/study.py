@@ -30,9 +30,9 @@ from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.plausibility import tip_warnings
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.study import PLOT, Study

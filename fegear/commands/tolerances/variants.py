@@ -17,10 +17,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.kernel_constants import kernel_constants, with_rootward
-from fegear.contact.kernel_runs import solve_constants, turned_positions, workspace
+from fegear.contact.pairs import candidate_pairs
+from fegear.contact.plane.constants import (
+    kernel_constants,
+    patch_nodes,
+    with_rootward,
+)
+from fegear.contact.plane.runs import (
+    solve_constants,
+    turned_positions,
+    workspace,
+)
+from fegear.contact.plane.solve import kernel_torques
 from fegear.contact.problem import ContactFailure, ContactFlank, ContactProblem
-from fegear.contact.solve import candidate_pairs, kernel_torques
 from fegear.gearset.modifications import FlankProfile
 from lumped.common.array_types import Array
 from meshes import GearPair
@@ -88,8 +97,8 @@ def solve_variants(
 
     Raises ContactFailure where no solution was found.
     """
-    from fegear.contact import cycle
-    from fegear.contact.flanks import NO_FLANK_GAP
+    from fegear.contact.plane.kernels import cycle
+    from fegear.contact.plane.kernels.flanks import NO_FLANK_GAP
 
     teeth = candidate_pairs(problem.pair, position)
     shape = variants.count, position.size
@@ -99,7 +108,7 @@ def solve_variants(
     target = kernel_torques(problem, np.array([torque]), position.size)
     constants = kernel_constants(with_profiles(problem), teeth.size)
     flanks: Any = constants.flanks
-    work = workspace(teeth.size, problem.nodes)
+    work = workspace(teeth.size, patch_nodes(problem))
     nominal = flanks.profile.copy()
     for i in range(variants.count):
         flanks.profile.crowning[:] = nominal.crowning + variants.crowning[i]

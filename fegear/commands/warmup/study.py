@@ -82,11 +82,11 @@ def _place_a_slice(elements: StaticsSettings) -> None:
     """Use what contact over the face width needs, without its finite elements."""
     import numpy as np
 
-    from fegear.contact.compliance import PATCH
-    from fegear.contact.kernel_constants import kernel_inputs
-    from fegear.contact.slice_places import place_slices
+    from fegear.contact.plane.constants import kernel_inputs
+    from fegear.contact.plane.kernels.compliance import PATCH
+    from fegear.contact.width.places import place_slices
     from fegear.gearset import load_gear_set
-    from fegear.statics.solving import contact_problem
+    from fegear.statics.contact_problem import contact_problem
 
     problem = contact_problem(load_gear_set(PAIR), 0, elements)
     mesh, flanks, _ = kernel_inputs(problem)

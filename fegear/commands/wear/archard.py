@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 
 from fegear.contact.path import PATH_TOL, loss_factor, path_positions, roll_angles
 from fegear.contact.path import on_path as is_on_path
-from fegear.contact.problem import ContactCycle, ContactFlank, ContactProblem
+from fegear.contact.problem import ContactFlank, ContactProblem
+from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset.modifications import MAX_PROFILE_POINTS, FlankProfile

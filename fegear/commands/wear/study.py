@@ -28,9 +28,9 @@ from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.gearset.zones import zones
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.mesh_faults import is_first_flank, without_wear
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.study import PLOT, Study

@@ -10,12 +10,13 @@ import pytest
 from numba import njit
 
 import fegear
-from fegear.contact import kernel_runs as contact
+from fegear.contact.plane import runs as contact
+from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank_grid import beyond_first, point_arc
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 
 TORQUE = 150.0  # N m
 CORNER = 0.25  # position at which the wheel's tip corner bears on the pinion
@@ -61,7 +62,11 @@ def test_corner_is_that_of_another_program(resolution, allowed):
 def test_corner_converges_with_the_nodes_of_its_patch():
     problem = problem_at("coarse")
     errors = [
-        float(solve_cycle(replace(problem, nodes=n), [TORQUE], [CORNER]).ste[0, 0])
+        float(
+            solve_cycle(
+                replace(problem, solver=PlaneContact(nodes=n)), [TORQUE], [CORNER]
+            ).ste[0, 0]
+        )
         for n in (25, 49, 97)
     ]
     steps = np.abs(np.diff(errors)) / errors[-1]

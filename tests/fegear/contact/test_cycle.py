@@ -11,8 +11,9 @@ from conftest import make_gear
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from fegear.contact.pairs import back_side_position, pair_gaps
 from fegear.contact.problem import ContactFlank, ContactProblem
-from fegear.contact.solve import back_side_position, pair_gaps, solve_cycle
+from fegear.contact.solve import solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset.modifications import Relief

@@ -11,7 +11,6 @@ import pytest
 from fegear.cli import run
 from fegear.contact.edges import edge_pairs, edge_positions, finite_pressures, has_edge
 from fegear.contact.loads import patch_loads
-from fegear.contact.problem import corner_positions
 from fegear.gearset import load_gear_set
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
@@ -46,7 +45,7 @@ def test_the_largest_pressure_does_not_follow_the_mesh(end):
     assert np.ptp(largest) < 0.005 * largest[1]
     for result in results:
         pressure = result.table[COLUMN][0]
-        off_path = corner_positions(result.problem, result.cycle, 0)
+        off_path = result.cycle.corner_positions(0)
         assert pressure[~off_path].max() > 1.4e6 * max(largest)
 
 
@@ -69,7 +68,7 @@ def test_edges_are_those_of_the_nodes_under_load(shape):
 
 def test_a_parabolic_relief_has_no_kink():
     result = solved(relieved("parabolic"), "coarse")
-    corners = corner_positions(result.problem, result.cycle, 0)
+    corners = result.cycle.corner_positions(0)
     edges = edge_positions(result.problem, result.cycle, 0)
     assert (edges == corners).all()
     linear = solved(relieved("linear"), "coarse")
@@ -81,7 +80,7 @@ def test_a_wide_contact_reaches_a_tip_corner_that_the_path_does_not():
     """Of soft teeth, whose contact is wider than the path's usual margin."""
     gears = load_gear_set("liu-pair", edits={"gear.1.young_modulus_GPa": 3})
     result = solved(gears, torque=20.0)
-    corners = corner_positions(result.problem, result.cycle, 0)
+    corners = result.cycle.corner_positions(0)
     edges = edge_positions(result.problem, result.cycle, 0)
     assert edges.sum() > corners.sum()
 
@@ -147,7 +146,7 @@ def test_another_pair_counts_while_a_tip_corner_is_in_contact():
     result = solved(load_gear_set("liu-pair"), "fine")
     values = result.key_figures[0]
     pressures = finite_pressures(result.problem, result.cycle, 0)
-    corners = corner_positions(result.problem, result.cycle, 0)
+    corners = result.cycle.corner_positions(0)
     assert pressures[corners].max() > 0.0
     largest = 1e6 * values["max_pressure_plane_strain_MPa"]
     assert largest == pytest.approx(pressures.max(), rel=1e-14)

@@ -4,76 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import cache
 
 import numpy as np
 import pytest
-from conftest import make_gear, make_helical
+from sliced_pairs import COARSE, STEEL, TEETH, TORQUE, WIDTH, gears, problem, slope
 
-from fegear.contact.face import FaceContact, largest_of_bands, slice_places
 from fegear.contact.path import face_along_path
-from fegear.contact.problem import ContactFlank, ContactProblem
-from fegear.contact.solve import back_side_position, solve_cycle
+from fegear.contact.plane.contact import PlaneContact
+from fegear.contact.problem import ContactFlank
+from fegear.contact.result import largest_of_bands
+from fegear.contact.solve import solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
-from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.wide_flank import wide_flank, width_modes
 from fegear.statics.key_figures import loss_factors
-from meshes import GearPair, MeshSize
-
-STEEL = PlaneMaterial(206e9, 0.3, "strain")
-COARSE = MeshSize().refined(0.5)
-WIDTH, TORQUE = 20e-3, 100.0
-DEGREE, MESH = 4, MeshSize().refined(0.25)  # coarse
-TEETH, HUBS = (25, 36), (15e-3, 20e-3)
-
-
-@cache
-def gears(helix_angle_deg):
-    if helix_angle_deg == 0.0:
-        return tuple(map(make_gear, TEETH, HUBS))
-    return tuple(
-        make_helical(z, hub, sign * helix_angle_deg)
-        for z, hub, sign in zip(TEETH, HUBS, (1, -1), strict=True)
-    )
-
-
-@cache
-def wide_flanks(helix_angle_deg):
-    material = replace(STEEL, plane="width", width=WIDTH)
-    return tuple(
-        wide_flank(
-            gear,
-            cached_flank_compliance(gear, STEEL, COARSE),
-            width_modes(gear, material, DEGREE, MESH),
-            WIDTH,
-        )
-        for gear in gears(helix_angle_deg)
-    )
-
-
-def problem(helix_angle_deg=0.0, gap=None, slices=16, width=WIDTH, **changes):
-    pair = gears(helix_angle_deg)
-    distance = sum(gear.reference_radius for gear in pair)
-    flanks = [
-        ContactFlank(compliance=cached_flank_compliance(gear, STEEL, COARSE))
-        for gear in pair
-    ]
-    wide = wide_flanks(helix_angle_deg)
-    gap = np.zeros(slices) if gap is None else gap(slice_places(width, slices))
-    face = FaceContact(driver=wide[0], driven=wide[1], width=width, gap=gap)
-    return ContactProblem(
-        pair=GearPair(*pair, distance),
-        driver=flanks[0],
-        driven=flanks[1],
-        face_width=width,
-        face=face,
-        **changes,
-    )
-
-
-def slope(depth):
-    return lambda z: depth * (0.5 + z / WIDTH)
-
 
 POSITIONS = np.arange(12) / 12.0
 
@@ -86,7 +28,7 @@ def test_equal_loads_are_those_of_patches():
         ContactFlank(compliance=cached_flank_compliance(gear, material, COARSE))
         for gear in gears(0.0)
     )
-    uniform = replace(sliced, face=None, driver=driver, driven=driven)
+    uniform = replace(sliced, solver=PlaneContact(), driver=driver, driven=driven)
     one = solve_cycle(sliced, [TORQUE], POSITIONS)
     two = solve_cycle(uniform, [TORQUE], POSITIONS)
     apart = np.abs(one.ste / two.ste - 1.0)[0]
@@ -134,36 +76,13 @@ def test_the_other_hand_mirrors_the_loads():
     one = solve_cycle(problem(18.0, slope(8e-6)), [TORQUE], POSITIONS)
     sliced = problem(18.0)
     twin = replace(
-        sliced.face.mirrored, gap=slope(8e-6)(sliced.face.places)[::-1].copy()
+        sliced.solver.mirrored, gap=slope(8e-6)(sliced.solver.places)[::-1].copy()
     )
-    other = replace(sliced, face=twin)
+    other = replace(sliced, solver=twin)
     two = solve_cycle(other, [TORQUE], POSITIONS)
     assert two.ste == pytest.approx(one.ste, rel=1e-9)
     most = one.face.load.max()
     assert np.abs(two.face.load - one.face.load[..., ::-1]).max() < 1e-7 * most
-
-
-def test_back_flanks_carry_as_drive_flanks_in_a_mirror():
-    gears = problem(18.0)
-    back = solve_cycle(gears, [-TORQUE], POSITIONS)
-    drive = solve_cycle(gears, [TORQUE], back_side_position(gears.pair, POSITIONS))
-    backlash = gears.pair.backlash
-    assert -(back.ste + backlash) == pytest.approx(drive.ste, rel=1e-9)
-    assert (back.load <= 0.0).all()
-    assert back.stiffness == pytest.approx(drive.stiffness, rel=1e-9)
-
-
-def test_pairs_that_are_joined_later_keep_their_places():
-    gears = problem(18.0)
-    whole = solve_cycle(gears, [TORQUE], POSITIONS)
-    first = solve_cycle(gears, [TORQUE], POSITIONS[:2])
-    columns = np.array([whole.teeth.tolist().index(k) for k in first.teeth])
-    joined = first.face.among(columns, whole.teeth)
-    assert joined.path_position == pytest.approx(whole.face.path_position[:2])
-    most = whole.face.load.max()
-    assert np.abs(joined.load - whole.face.load[:, :2]).max() < 1e-9 * most
-    # without first.teeth being all of them, the test shows nothing
-    assert first.teeth.size < whole.teeth.size
 
 
 def test_a_small_helix_is_none():
@@ -228,15 +147,15 @@ def test_loads_of_one_tooth_along_the_path():
     cycle = solve_cycle(gears, [TORQUE], POSITIONS)
     face, places = cycle.face, np.linspace(-0.6, 0.6, 31)
     straight = 2.0 + 3.0 * face.path_position + face.place
-    on_places = face_along_path(cycle, face, straight, places)
+    on_places = face_along_path(cycle, straight, places)
     expected = 2.0 + 3.0 * places[:, None] + face.place
     assert on_places == pytest.approx(expected, rel=1e-9)
-    load = face_along_path(cycle, face, face.load[0], places)
+    load = face_along_path(cycle, face.load[0], places)
     inside = load[np.abs(places) < 0.3]
     assert inside.min() > 0.3 * inside.max()
     # the mean over one tooth's path is that over the cycle of all teeth
     whole = np.linspace(-1.5, 1.5, 3001)
-    over_path = face_along_path(cycle, face, face.load[0], whole)
+    over_path = face_along_path(cycle, face.load[0], whole)
     mean = over_path.sum(axis=0) * (whole[1] - whole[0])
     assert mean == pytest.approx(face.per_width[0].mean(axis=0), rel=1e-2)
 

@@ -23,8 +23,8 @@ import pytest
 
 import fegear
 from fegear.contact.solve import solve_cycle
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 
 TORQUE = 600.0
 RELIEF = {"magnitude_um": 70.0, "length_pitches": 0.4, "shape": "parabolic"}

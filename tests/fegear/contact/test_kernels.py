@@ -10,10 +10,14 @@ from numba import njit
 from scipy.integrate import quad
 from scipy.optimize import brentq, nnls
 
-from fegear.contact import active_set, flanks
-from fegear.contact.grid import contact_grid, end_hat_logarithm, hat_logarithm
-from fegear.contact.kernel_constants import kernel_inputs
 from fegear.contact.loads import patch_loads
+from fegear.contact.plane.constants import kernel_inputs
+from fegear.contact.plane.grid import (
+    contact_grid,
+    end_hat_logarithm,
+    hat_logarithm,
+)
+from fegear.contact.plane.kernels import active_set, flanks
 from fegear.contact.solve import solve_cycle
 from validation.oracles import hertz
 

@@ -16,7 +16,8 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import root
 
 from fegear.contact.pair_load_curves import NOMINAL, REVERSED, pair_load_curves
-from fegear.contact.solve import back_side_position
+from fegear.contact.pairs import back_side_position
+from fegear.contact.plane.contact import PlaneContact
 from fegear.gearset.modifications import Relief
 
 POSITION = np.arange(32) / 32
@@ -127,7 +128,7 @@ def test_difference_shrinks_with_the_patches(cases):
     """
     largest = []
     for nodes in (25, 49, 97):
-        problem = replace(cases["plain"], nodes=nodes)
+        problem = replace(cases["plain"], solver=PlaneContact(nodes=nodes))
         errors = [difference(problem, scale) for scale in (0.3, 1.0, 3.0)]
         largest.append(np.abs(errors).max())
     for coarse, fine in pairwise(largest):
@@ -239,7 +240,12 @@ def test_curves_of_equal_teeth_are_solved_once(cases):
 
 @pytest.mark.parametrize(
     "change",
-    [{"friction": 0.1}, {"face_width": 0.03}, {"corner_contact": False}, {"nodes": 15}],
+    [
+        {"friction": 0.1},
+        {"face_width": 0.03},
+        {"corner_contact": False},
+        {"solver": PlaneContact(nodes=15)},
+    ],
     ids=lambda change: next(iter(change)),
 )
 def test_curves_of_others_are_their_own(cases, change):

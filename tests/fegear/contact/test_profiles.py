@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from numba import njit
 from oracles.relieved_flanks import Flank, closing_way, relief_depth
 
-from fegear.contact import flanks as kernel
 from fegear.contact.edges import edge_arcs
-from fegear.contact.kernel_constants import kernel_inputs
+from fegear.contact.plane.constants import kernel_inputs
+from fegear.contact.plane.contact import PlaneContact
+from fegear.contact.plane.kernels import flanks as kernel
 from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.profiles import profile_depth, profile_kinks
 from fegear.contact.solve import solve_cycle
@@ -45,7 +46,7 @@ def unmodified():
         driver=ContactFlank(compliance=driver),
         driven=ContactFlank(compliance=driven),
         face_width=0.025,
-        nodes=17,
+        solver=PlaneContact(nodes=17),
     )
 
 

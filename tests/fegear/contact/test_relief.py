@@ -10,8 +10,9 @@ from changed_flanks import with_flanks
 from oracles.relieved_flanks import Flank, closing_way, relief_depth
 
 from fegear.contact.pair_load_curves import pair_load_curves
+from fegear.contact.plane.solve import solve_drive_side
 from fegear.contact.problem import ContactFlank, ContactProblem
-from fegear.contact.solve import solve_cycle, solve_drive_side
+from fegear.contact.solve import solve_cycle
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.gearset.modifications import Relief

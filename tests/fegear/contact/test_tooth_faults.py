@@ -11,8 +11,9 @@ from changed_flanks import with_flanks
 from numpy.testing import assert_allclose
 from oracles.offset_involutes import driver_lead
 
-from fegear.contact import flanks
 from fegear.contact.offset_centers import CenterOffset
+from fegear.contact.plane.contact import PlaneContact
+from fegear.contact.plane.kernels import flanks
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.contact.tooth_faults import FlankSpall, ToothFaults
@@ -200,7 +201,7 @@ def hertz_depth(problem: ContactProblem, load: float) -> tuple[float, float]:
 @pytest.mark.parametrize("share", [0.2, 0.4, 0.8])
 def test_a_spall_brings_the_flank_nearer_to_the_centre_line_as_hertz(problem, share):
     """At the pitch point of a smooth contact, where one pair carries the load."""
-    fine = replace(problem, nodes=49)
+    fine = replace(problem, solver=PlaneContact(nodes=49))
     spalled = with_spall(fine, share)
     before, after = (solve_cycle(p, [100.0], [0.0]) for p in (fine, spalled))
     load = before.load[0, 0].sum() / problem.face_width

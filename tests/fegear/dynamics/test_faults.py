@@ -13,7 +13,7 @@ from numpy.testing import assert_allclose, assert_array_equal
 from slow_tests import first_are_quick
 
 from fegear.contact.offset_centers import CenterOffset, moved_lines
-from fegear.contact.solve import back_side_position
+from fegear.contact.pairs import back_side_position
 from fegear.contact.tooth_faults import FlankSpall, ToothFaults
 from fegear.dynamics.build import FiniteElements, prepare
 from fegear.dynamics.different_teeth import MIN_CHANGE, side_differences
@@ -22,10 +22,10 @@ from fegear.dynamics.sides import BACK, DRIVE
 from fegear.dynamics.stepper import DynamicSettings
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set, make_gear_set
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import RESOLUTIONS, StaticsSettings
-from fegear.statics.solving import contact_problem
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from lumped.signals.averages import order_amplitudes, residual_of

@@ -25,8 +25,8 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.root_stress import root_influence
 from fegear.elasticity.sector import CyclicSector
 from fegear.gearset.lumped_train import train_of
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from fegear.studies.columns import column_meaning
 from lumped import LumpedSystem
 from lumped.steady.steady_state import steady_state

@@ -15,10 +15,10 @@ from fegear.dynamics.sides import BACK, DRIVE
 from fegear.dynamics.stepper import DynamicSettings, TimeSteps, steps_per_cycle
 from fegear.files.errors import InputError
 from fegear.gearset.phases import mesh_phases
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import RESOLUTIONS, StaticsSettings
-from fegear.statics.solving import contact_problem
 from lumped.steady.steady_state import steady_state
 
 PINION, WHEEL = (0.0, 3e-6), (1e-6, -2e-6, 0.5e-6, 2e-6, -1e-6)  # repeated around

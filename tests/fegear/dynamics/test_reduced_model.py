@@ -16,8 +16,8 @@ from fegear.dynamics.kernels import reduced as kernel
 from fegear.dynamics.stepper import MotionState, TimeSteps
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import Resolution, StaticsSettings
-from fegear.statics.solving import contact_problem
 from lumped import LumpedSystem, Train
 from meshes import MeshSize
 

@@ -12,9 +12,10 @@ from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.dynamics.table_load_curves import load_curves_at
 from fegear.files.errors import InputError
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.given_tables import GivenTables, read_mesh_tables
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem, solve_mesh
+from fegear.statics.solving import solve_mesh
 from fegear.train.coupled import contacts_from_load_curves, coupled_contacts
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel

@@ -14,8 +14,8 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.root_stress import MAX_TOOTH_OFFSET, FlankLoad, root_influence
 from fegear.elasticity.sector import LEFT, RIGHT, CyclicSector
 from fegear.gearset import load_gear_set
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from meshes import MeshSize
 
 STEEL = PlaneMaterial(206e9, 0.3, "stress")

@@ -14,7 +14,7 @@ from skfem import Basis, ElementTriP2, ElementVector, MeshTri2, condense, solve
 from skfem.models.elasticity import linear_elasticity
 
 from fegear.contact.loads import PatchLoad, patch_loads
-from fegear.contact.solve import run_kernel
+from fegear.contact.plane.solve import run_kernel
 from fegear.elasticity import halfplane
 from fegear.elasticity.body_stress import ToothLoad, nodal_stress
 from fegear.elasticity.halfplane import hat_displacement

@@ -14,12 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fegear.contact.problem import (
-    ContactCycle,
-    ContactFlank,
-    ContactProblem,
-    corner_positions,
-)
+from fegear.contact.plane.contact import PlaneContact
+from fegear.contact.problem import ContactFlank, ContactProblem
+from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
 from fegear.elasticity.flank import flank_compliance
 from fegear.elasticity.material import PlaneMaterial
@@ -186,7 +183,7 @@ def _problem(gear_set: GearSet, variant: Variant) -> ContactProblem:
         driver=ContactFlank(compliance=flanks[0]),
         driven=ContactFlank(compliance=flanks[1]),
         face_width=gear_set.common_width(0),
-        nodes=variant.nodes,
+        solver=PlaneContact(nodes=variant.nodes),
     )
 
 
@@ -203,14 +200,14 @@ def _measure_variant(
     cycle = _solved_cycle(problem, torque, reference.ste.shape[1])
     end = time.perf_counter()
     error = np.abs(cycle.ste[0] / reference.ste[0] - 1.0)
-    corner = corner_positions(reference_problem, reference, 0)
+    corner = reference.corner_positions(0)
     means = cycle.ste.mean() / reference.ste.mean()
     return StiffnessCost(
         study=variant.study,
         element_order=variant.order,
         half_plane_split=variant.split,
         flank_edges=variant.size.flank_edges,
-        contact_nodes=problem.nodes,
+        contact_nodes=variant.nodes,
         edge_at_pitch_mm=1e3 * _edge_at_pitch(gear_set, variant.size),
         compliance_s=middle - start,
         contact_s=end - middle,

@@ -13,9 +13,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fegear.contact.face import FaceContact
-from fegear.contact.problem import ContactCycle, ContactFlank, ContactProblem
+from fegear.contact.problem import ContactFlank, ContactProblem
+from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
+from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.wide_flank import MESH, WideFlank, wide_flank, width_modes
@@ -198,7 +199,7 @@ def _solved(
         driver=driver,
         driven=driven,
         face_width=width,
-        face=FaceContact(
+        solver=WidthContact(
             driver=wide[0], driven=wide[1], width=width, gap=np.zeros(slices)
         ),
     )

@@ -10,15 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.edges import edge_pairs
+from fegear.contact.plane.solve import solve_pair_alone
 from fegear.contact.problem import ContactProblem
-from fegear.contact.solve import solve_cycle, solve_pair_alone
+from fegear.contact.solve import solve_cycle
 from fegear.files.codes import with_code
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.planes import Plane, section_plane
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem, mesh_statics
+from fegear.statics.solving import mesh_statics
 from fegear.statics.table_warnings import table_warnings
 from meshes import GearPair, SpurGear
 from validation.oracles import hertz, iso6336, potential_energy, ring

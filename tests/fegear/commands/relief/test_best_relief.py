@@ -22,15 +22,17 @@ from fegear.commands.relief.best_relief import (
     without_idle_reliefs,
 )
 from fegear.commands.relief.objective import ReliefObjective, peak_to_peak
-from fegear.contact.cycle import TORQUE
-from fegear.contact.kernel_runs import solve_pairs
-from fegear.contact.solve import candidate_pairs, solve_cycle
+from fegear.contact.pairs import candidate_pairs
+from fegear.contact.plane.contact import PlaneContact
+from fegear.contact.plane.kernels.cycle import TORQUE
+from fegear.contact.plane.runs import solve_pairs
+from fegear.contact.solve import solve_cycle
 from fegear.files.toml import toml_text
 from fegear.gearset.edit import edited
 from fegear.gearset.modifications import Relief
 from fegear.gearset.read import load_tables
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from fegear.studies.trains.gear_sets import GearSetRef
 
 COARSE = StaticsSettings(resolution="coarse")
@@ -84,7 +86,7 @@ def test_derivatives_approach_differences_with_finer_nodes(
     contact, nodes, tolerance, friction
 ):
     """Nodes follow the point of contact, which derivatives leave out: 0.009, 0.002."""
-    finer = replace(contact, nodes=nodes, friction=friction)
+    finer = replace(contact, solver=PlaneContact(nodes=nodes), friction=friction)
     problem = relief_problem(finer, "parabolic")
     problem = replace(problem, torques=np.array([100.0]))
     design = np.array([8.0, 7.0, 0.4, 0.35])

@@ -20,9 +20,9 @@ from fegear.commands.relief.front import relief_front
 from fegear.commands.relief.objective import ReliefObjective, linear_step, peak_to_peak
 from fegear.commands.relief.tolerance import tolerance_band
 from fegear.commands.relief.vibration import VibrationSearch
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.harmonics import mesh_harmonics
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from fegear.train.model_settings import LumpedModel
 from lumped.common.workers import Stopped
 

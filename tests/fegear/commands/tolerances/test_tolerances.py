@@ -35,8 +35,8 @@ from fegear.commands.tolerances.variants import Variants, solve_variants, with_p
 from fegear.contact.solve import solve_cycle
 from fegear.files.store import CheckpointOptions
 from fegear.gearset.modifications import FlankProfile
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 from meshes import GearPair
 
 COARSE = StaticsSettings(resolution="coarse", positions=16)

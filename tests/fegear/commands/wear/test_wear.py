@@ -24,8 +24,8 @@ from fegear.commands.wear.archard import (
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.gearset import load_gear_set
+from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import contact_problem
 
 K = 1e-18  # m2/N
 TORQUE = 100.0

@@ -9,11 +9,13 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.face import FaceContact, FaceLoads
-from fegear.contact.face_compliance import TINY, FaceCompliance, LineParts
-from fegear.contact.kernel_constants import kernel_inputs
-from fegear.contact.patches import MIN_ROLL
-from fegear.contact.problem import ContactCycle, ContactFailure, ContactProblem
+from fegear.contact.pairs import candidate_pairs, pair_gaps
+from fegear.contact.plane.constants import kernel_inputs
+from fegear.contact.plane.kernels.patches import MIN_ROLL
+from fegear.contact.problem import ContactFailure, ContactProblem, MeshPositions
+from fegear.contact.result import ContactCycle, FaceLoads, empty_values
+from fegear.contact.width.compliance import TINY, FaceCompliance, LineParts
+from fegear.contact.width.contact import WidthContact
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
 
@@ -56,7 +58,7 @@ class FaceSolver:
     """Contact over the face width of a problem, at one position after another."""
 
     problem: ContactProblem
-    face: FaceContact
+    face: WidthContact
 
     @cached_property
     def compliance(self) -> FaceCompliance:
@@ -81,9 +83,9 @@ class FaceSolver:
 
     def lines(self, teeth: Indices, position: float, gaps: Array) -> LinesOfContact:
         """Parts of the lines of pairs (k,) with extra gaps (k,) [m] at a position."""
-        from fegear.contact.compliance import PATCH
-        from fegear.contact.flanks import NO_FLANK_GAP
-        from fegear.contact.slice_places import place_slices
+        from fegear.contact.plane.kernels.compliance import PATCH
+        from fegear.contact.plane.kernels.flanks import NO_FLANK_GAP
+        from fegear.contact.width.places import place_slices
 
         pair, face = self.problem.pair, self.face
         middle, slope = self.rolls(teeth, position)
@@ -325,30 +327,25 @@ class SliceLoads:
     residual: float = math.nan
 
 
-def solve_face(
+def solve_over_width(
     problem: ContactProblem,
-    face: FaceContact,
+    face: WidthContact,
     torques: Array,
-    positions: Array,
-    gaps: Array,
-    teeth: Indices,
+    places: MeshPositions,
 ) -> ContactCycle:
-    """Contact at positive torques (t,) [N m] and positions (n,) of a cycle.
-
-    gaps : (n, k) extra gap of each pair; teeth : (k,) base pitches ahead
-    """
-    solver, pair = FaceSolver(problem, face), problem.pair
-    shape = torques.size, positions.size, teeth.size
-    cosine = solver.compliance.helix_cosine
-    out = _Results.empty(shape, face.slices, face.width / face.slices / cosine)
+    """Contact at positive torques (t,) [N m] and positions (n,) of a cycle."""
+    positions = places.position
+    half = 0.5 * problem.pair.overlap_ratio(face.width)
+    reached = np.array([positions.min() - half, positions.max() + half])
+    teeth = candidate_pairs(problem.pair, reached)
+    gaps = pair_gaps(problem, teeth - places.pitch[:, None], places.back)
+    solver = FaceSolver(problem, face)
+    cycle = _empty_cycle(solver, torques, places, teeth)
     softness = sum(1.0 / flank.kernel.modulus for flank in face.flanks)
     order = np.argsort(-torques)
     for n, position in enumerate(positions):
         require_running()
         lines = solver.lines(teeth, float(position), gaps[n])
-        middle, slope = solver.rolls(teeth, float(position))
-        rolls = middle[:, None] - slope * face.places
-        out.path_position[n] = (rolls - pair.pitch_point) / pair.base_pitch
         no_load = float(lines.gap.min())
         if not math.isfinite(no_load):
             raise ContactFailure(f"no flanks face each other at position {position:g}")
@@ -366,145 +363,86 @@ def solve_face(
                 slices = solver.candidates(lines, teeth, limit)
                 solved = slices.solve(torque, size)
             start = np.maximum(solved.load, 0.0)
-            out.store(int(t), n, slices, solved, no_load)
-    return out.cycle(problem, face, torques, positions, teeth, cosine)
+            _store(cycle, (int(t), n), slices, solved, no_load)
+    return cycle
 
 
-@dataclass(frozen=True, eq=False)
-class _Results:
-    """Arrays of a cycle to be filled."""
+def _empty_cycle(
+    solver: FaceSolver, torques: Array, places: MeshPositions, teeth: Indices
+) -> ContactCycle:
+    """Cycle to be filled in, with what is known before."""
+    pair, face = solver.problem.pair, solver.face
+    sizes = {"t": torques.size, "n": places.position.size, "k": teeth.size}
+    sizes |= {"m": face.slices, "g": 2, "s": 0}
+    twist_lead = pair.driver.base_radius * face.driver.kernel.twist * face.places
+    loads = empty_values(
+        FaceLoads,
+        sizes,
+        width=face.width,
+        base_helix_angle=face.driver.kernel.base_helix_angle,
+        place=face.places,
+        teeth=teeth,
+        reference_position=places.position[:, None] - twist_lead / pair.base_pitch,
+    )
+    return empty_values(
+        ContactCycle,
+        sizes,
+        torque=torques,
+        position=places.position + places.pitch,
+        teeth=teeth,
+        base_radius=pair.driver.base_radius,
+        face=loads,
+    )
 
-    ste: Array
-    no_load: Array
-    slope: Array
-    residual: Array
-    load: Array
-    rate: Array
-    gap: Array
-    bending: Array
-    slice_length: float
-    arc: Array
-    closing: Array
-    driven: Array
-    line_load: Array
-    pressure: Array
-    coupling: Array
-    path_position: Array
-    on_path: Touches
 
-    @classmethod
-    def empty(
-        cls, shape: tuple[int, int, int], slices: int, slice_length: float
-    ) -> _Results:
-        rows, cells = shape[:2], shape
-        return cls(
-            ste=np.zeros(rows),
-            no_load=np.zeros(rows),
-            slope=np.zeros(rows),
-            residual=np.zeros(rows),
-            load=np.zeros(cells),
-            rate=np.zeros(cells),
-            gap=np.full(cells, np.inf),
-            bending=np.full(cells, np.nan),
-            slice_length=slice_length,
-            arc=np.zeros((*cells, 2)),
-            closing=np.ones(cells),
-            driven=np.zeros(rows),
-            line_load=np.zeros((*shape, slices)),
-            pressure=np.zeros((*shape, slices)),
-            coupling=np.zeros((*shape, shape[2])),
-            path_position=np.zeros((*shape[1:], slices)),
-            on_path=np.zeros((*shape[1:], slices), bool),
-        )
+def _store(
+    cycle: ContactCycle,
+    at: tuple[int, int],
+    slices: Slices,
+    solved: SliceLoads,
+    no_load: float,
+) -> None:
+    """Fill in what was solved at a torque and a position, by their indices."""
+    face, lines, n = cycle.face, slices.lines, at[1]
+    parts, compliance = lines.parts, slices.compliance
+    cosine = compliance.helix_cosine
+    count, m = face.load.shape[2:]
+    force, rate = slices.spread(solved.load), slices.spread(solved.rate)
 
-    def store(
-        self,
-        t: int,
-        n: int,
-        slices: Slices,
-        solved: SliceLoads,
-        no_load: float,
-    ) -> None:
-        lines, at = slices.lines, (t, n)
-        parts = lines.parts
-        count, m = self.line_load.shape[2:]
-        force, rate = slices.spread(solved.load), slices.spread(solved.rate)
+    def by_pair(values: Array) -> Array:
+        return np.bincount(parts.pair, values, count).astype(float)
 
-        def by_pair(values: Array) -> Array:
-            return np.bincount(parts.pair, values, count).astype(float)
-
-        self.ste[at], self.no_load[at] = solved.ste, no_load
-        self.slope[at], self.residual[at] = solved.torque_slope, solved.residual
-        self.load[at], self.rate[at] = by_pair(force), by_pair(rate)
-        np.minimum.at(self.gap[at], parts.pair, lines.gap)
-        carries = self.load[at] > 0.0
-        # of a pair without load that of the part that closes first
-        first = np.zeros(force.size)
-        order = np.argsort(-lines.gap, kind="stable")
-        last_of_pair = np.zeros(count, np.int64)
-        last_of_pair[parts.pair[order]] = order
-        first[last_of_pair] = 1.0
-        total = np.where(carries, self.load[at], 1.0)[parts.pair]
-        weight = np.where(carries[parts.pair], force / total, first)
-        for gear in range(2):
-            self.arc[(*at, slice(None), gear)] = by_pair(weight * parts.arcs[:, gear])
-        self.closing[at] = by_pair(weight * lines.closing)
-        self.driven[at] = force @ lines.driven_arm
-        self.bending[at] = _friction_bending(slices, solved, carries)
-        width = self.slice_length
-        np.add.at(self.line_load[at], (parts.pair, lines.slices), force / width)
-        chosen = np.zeros((count, slices.index.size))
-        chosen[slices.parts.pair, np.arange(slices.index.size)] = weight[slices.index]
-        self.coupling[at] = chosen @ slices.smooth @ chosen.T
-        pressure = slices.compliance.pressure(force, parts)
-        np.maximum.at(self.pressure[at], (parts.pair, lines.slices), pressure)
-        on_path = np.zeros((count, m), bool)
-        np.logical_or.at(on_path, (parts.pair, lines.slices), ~lines.on_path)
-        self.on_path[n] = ~on_path
-
-    def cycle(
-        self,
-        problem: ContactProblem,
-        face: FaceContact,
-        torques: Array,
-        positions: Array,
-        teeth: Indices,
-        cosine: float,
-    ) -> ContactCycle:
-        base_radius = problem.pair.driver.base_radius
-        none = self.slope[:, :0, None, None]
-        others = 1.0 - np.eye(teeth.size)
-        coupling = self.coupling * others / cosine**2
-        return ContactCycle(
-            torque=torques,
-            position=positions,
-            teeth=teeth,
-            base_radius=base_radius,
-            ste=self.ste,
-            no_load=self.no_load,
-            local_stiffness=self.slope / base_radius,
-            load=cosine * self.load,
-            load_slope=cosine * self.rate,
-            relief_slope=none[..., None],
-            profile_slope=none,
-            gap=self.gap,
-            pressure=self.pressure.max(axis=3),
-            friction_bending=self.bending,
-            arc=self.arc,
-            turn=np.zeros_like(self.arc),
-            closing=self.closing / cosine,
-            driven_torque=self.driven,
-            residual=self.residual,
-            face=FaceLoads(
-                place=face.places,
-                base_helix_angle=face.driver.kernel.base_helix_angle,
-                path_position=self.path_position,
-                on_path=self.on_path,
-                load=self.line_load,
-                pressure=self.pressure,
-                coupling=coupling,
-            ),
-        )
+    cycle.ste[at], cycle.no_load[at] = solved.ste, no_load
+    cycle.local_stiffness[at] = solved.torque_slope / cycle.base_radius
+    cycle.residual[at] = solved.residual
+    normal = by_pair(force)
+    cycle.load[at], cycle.load_slope[at] = cosine * normal, cosine * by_pair(rate)
+    np.minimum.at(cycle.gap[at], parts.pair, lines.gap)
+    carries = normal > 0.0
+    # of a pair without load that of the part that closes first
+    first = np.zeros(force.size)
+    order = np.argsort(-lines.gap, kind="stable")
+    last_of_pair = np.zeros(count, np.int64)
+    last_of_pair[parts.pair[order]] = order
+    first[last_of_pair] = 1.0
+    total = np.where(carries, normal, 1.0)[parts.pair]
+    weight = np.where(carries[parts.pair], force / total, first)
+    for gear in range(2):
+        cycle.arc[(*at, slice(None), gear)] = by_pair(weight * parts.arcs[:, gear])
+    cycle.closing[at] = by_pair(weight * lines.closing) / cosine
+    cycle.driven_torque[at] = force @ lines.driven_arm
+    cycle.friction_bending[at] = _friction_bending(slices, solved, carries)
+    np.add.at(face.load[at], (parts.pair, lines.slices), force / face.slice_length)
+    chosen = np.zeros((count, slices.index.size))
+    chosen[slices.parts.pair, np.arange(slices.index.size)] = weight[slices.index]
+    others = 1.0 - np.eye(count)
+    face.coupling[at] = others * (chosen @ slices.smooth @ chosen.T) / cosine**2
+    pressure = compliance.pressure(force, parts)
+    np.maximum.at(face.pressure[at], (parts.pair, lines.slices), pressure)
+    cycle.pressure[at] = face.pressure[at].max(axis=1)
+    off_path = np.zeros((count, m), bool)
+    np.logical_or.at(off_path, (parts.pair, lines.slices), ~lines.on_path)
+    face.on_path[n] = ~off_path
 
 
 def _friction_bending(slices: Slices, solved: SliceLoads, carries: Touches) -> Array:

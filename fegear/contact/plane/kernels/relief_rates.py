@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from fegear.contact.flanks import (
+from fegear.contact.plane.kernels.flanks import (
     KINK,
     base_tangent_angle,
     is_relieved,

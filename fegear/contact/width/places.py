@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from fegear.contact.patches import place_patch
+from fegear.contact.plane.kernels.patches import place_patch
 from lumped.common.compiled import not_allocating
 
 

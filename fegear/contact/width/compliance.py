@@ -17,8 +17,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.face import FaceContact
-from fegear.contact.patches import CORNER_WIDTH, MIN_CORNER_WIDTH
+from fegear.contact.plane.kernels.patches import CORNER_WIDTH, MIN_CORNER_WIDTH
+from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.line_kernel import LineKernel
@@ -76,7 +76,7 @@ class FaceCompliance:
     gears : driver and driven
     """
 
-    face: FaceContact
+    face: WidthContact
     gears: tuple[SpurGear, SpurGear]
 
     @cached_property
@@ -228,7 +228,7 @@ class FaceCompliance:
         """x of the contacts of parts under normal forces [N], (p,) [m].
 
         And its exponent, d ln x / d ln load. A corner touches over less, see
-        `fegear.contact.patches.corner_width`.
+        `fegear.contact.plane.kernels.patches.corner_width`.
         """
         per_length = load / parts.length
         size = np.sqrt(4.0 * per_length * parts.radius * self._softness)

@@ -11,11 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.active_set import NOT_FINITE, STE, TORQUE, solve_contact
-from fegear.contact.compliance import fill_compliance, friction_bending
-from fegear.contact.flanks import NO_FLANK_GAP
-from fegear.contact.grid import PatchTables
-from fegear.contact.patches import (
+from fegear.contact.plane.grid import PatchTables
+from fegear.contact.plane.kernels.active_set import (
+    NOT_FINITE,
+    STE,
+    TORQUE,
+    solve_contact,
+)
+from fegear.contact.plane.kernels.compliance import fill_compliance, friction_bending
+from fegear.contact.plane.kernels.flanks import NO_FLANK_GAP
+from fegear.contact.plane.kernels.patches import (
     corner_width,
     ends_at_edge,
     hertz_half_width,
@@ -23,7 +28,7 @@ from fegear.contact.patches import (
     place_patch,
     reach_of_patch,
 )
-from fegear.contact.relief_rates import store_rates
+from fegear.contact.plane.kernels.relief_rates import store_rates
 from lumped.common.compiled import compiled_part, not_allocating
 
 PATCH_MARGIN = 1.2  # half length of a patch over the Hertz half-width at full load
@@ -75,9 +80,9 @@ CELL = np.dtype(
 class Constants(NamedTuple):
     """A contact problem's constants.
 
-    mesh, tables : as from `fegear.contact.kernel_constants.kernel_inputs`
+    mesh, tables : as from `fegear.contact.plane.constants.kernel_inputs`
     flanks : (pairs, 2) of driver and driven in each pair
-    changes : as in `fegear.contact.compliance`
+    changes : as in `fegear.contact.plane.kernels.compliance`
     lines : (positions, 2) length of the line of action and the driver's roll length at
         the pitch point [m], where centres move; of no size where they do not
     grid : of the patches

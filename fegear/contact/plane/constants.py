@@ -7,31 +7,26 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from fegear.contact.pairs import PairTeeth
+from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.problem import ContactFailure, ContactProblem
 from fegear.gearset.faults.tooth_faults import MAX_SPALLS
 from fegear.gearset.modifications import Relief
-from lumped.common.array_types import Array, Indices
+from lumped.common.array_types import Array
 from meshes import SpurGear
 
 if TYPE_CHECKING:
-    from fegear.contact.cycle import Constants
+    from fegear.contact.plane.kernels.cycle import Constants
 
 NO_RELIEF = (0.0, 0.0, 1.0, 1.0)
 NO_SPALLS = [(0.0, 0.0, 0.0)] * MAX_SPALLS
-
-
-class PairTeeth(NamedTuple):
-    """Teeth (k,) of driver and driven gear in k pairs, -1 for those like all others."""
-
-    driver: Indices
-    driven: Indices
 
 
 class Conditions(NamedTuple):
     """Under which pairs are solved, by default of equal teeth on centres at rest.
 
     teeth : that differ, of pairs (k,), or None
-    lines : (n, 2) as in `fegear.contact.cycle.Constants`
+    lines : (n, 2) as in `fegear.contact.plane.kernels.cycle.Constants`
     friction_reversed : friction acts against the nominal sliding direction
     with_rates : whether rates by reliefs and profiles are asked for
     """
@@ -51,11 +46,9 @@ def kernel_constants(
     conditions: Conditions = NOMINAL,
 ) -> Constants:
     """Constants of some number of tooth pairs."""
-    from fegear.contact.cycle import Constants
-    from fegear.contact.grid import contact_grid
+    from fegear.contact.plane.grid import contact_grid
+    from fegear.contact.plane.kernels.cycle import Constants
 
-    if problem.face is not None:
-        raise ContactFailure("loads that vary over the face width have no patches")
     mesh, flanks, tables = kernel_inputs(problem)
     flanks_of_pairs = np.tile(flanks, (pairs, 1)).view(np.recarray)
     n_flank_points = tables.shape[3]
@@ -76,8 +69,18 @@ def kernel_constants(
                     (2, 2, pairs * pairs, n_flank_points, n_flank_points)
                 )
             changes[gear] = change.reshape(changes[gear].shape)
-    grid = contact_grid(problem.nodes)
+    grid = contact_grid(patch_nodes(problem))
     return Constants(mesh, flanks_of_pairs, tables, changes, conditions.lines, grid)
+
+
+def patch_nodes(problem: ContactProblem) -> int:
+    """Nodes of the contact patch of each tooth pair.
+
+    Raises ContactFailure where loads vary over the face width.
+    """
+    if not isinstance(problem.solver, PlaneContact):
+        raise ContactFailure("loads that vary over the face width have no patches")
+    return problem.solver.nodes
 
 
 def with_rootward(constants: Constants, problem: ContactProblem) -> Constants | None:
@@ -100,7 +103,7 @@ def with_rootward(constants: Constants, problem: ContactProblem) -> Constants | 
 
 def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Array]:
     """The kernel's records of the mesh and its two flanks, and the tables."""
-    from fegear.contact.flanks import FLANK, MESH
+    from fegear.contact.plane.kernels.flanks import FLANK, MESH
     from fegear.contact.profiles import profile_record
 
     pair = problem.pair

@@ -14,7 +14,7 @@ import math
 
 import numpy as np
 
-from fegear.contact.grid import SUPPORT
+from fegear.contact.plane.grid import SUPPORT
 from fegear.elasticity.flank_grid import STENCIL
 from lumped.common.compiled import compiled_part
 

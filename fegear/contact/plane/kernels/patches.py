@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from fegear.contact.flanks import (
+from fegear.contact.plane.grid import SUPPORT
+from fegear.contact.plane.kernels.flanks import (
     NO_FLANK_GAP,
     arc_of_roll,
     base_tangent_angle,
@@ -21,7 +22,6 @@ from fegear.contact.flanks import (
     roll_of_arc,
     separation,
 )
-from fegear.contact.grid import SUPPORT
 from fegear.elasticity.flank_grid import beyond_first, place_stencil
 from lumped.common.compiled import compiled_part
 

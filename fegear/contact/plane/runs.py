@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.kernel_constants import (
+from fegear.contact.pairs import PairTeeth
+from fegear.contact.plane.constants import (
     NOMINAL,
     Conditions,
-    PairTeeth,
     kernel_constants,
     with_rootward,
 )
@@ -19,7 +19,7 @@ from fegear.contact.tooth_faults import MISSING_GAP
 from lumped.common.array_types import Array, Indices
 
 if TYPE_CHECKING:
-    from fegear.contact.cycle import Constants, Workspace
+    from fegear.contact.plane.kernels.cycle import Constants, Workspace
 
 # of the sine by which a corner's force is turned from its flank's normal: up to there
 # what teeth yield toward the root under loads toward it is 1e-4 of their deflection
@@ -118,7 +118,7 @@ def solve_constants(
     with_rates: bool = False,
 ) -> KernelResult:
     """Run the kernel once, with gaps, kind and targets as in `solve_pairs`."""
-    from fegear.contact import cycle
+    from fegear.contact.plane.kernels import cycle
 
     work = workspace(teeth.size, len(constants.grid.logarithm))
     result = empty_result(teeth, targets.shape, work, with_rates)
@@ -137,8 +137,8 @@ def empty_result(
     """Result to be filled, for cases and positions (t, n), with a workspace's patches
     and nodes.
     """
-    from fegear.contact.cycle import CELL, ROW
-    from fegear.contact.relief_rates import RATE
+    from fegear.contact.plane.kernels.cycle import CELL, ROW
+    from fegear.contact.plane.kernels.relief_rates import RATE
 
     cases, positions = shape
     rated = cases, positions if with_rates else 0, teeth.size
@@ -154,11 +154,11 @@ def empty_result(
 
 def workspace(pairs: int, size: int) -> Workspace:
     """State of tooth pairs with patches of `size` nodes, for the kernel."""
-    from fegear.contact.active_set import UNKNOWN
-    from fegear.contact.compliance import PATCH
-    from fegear.contact.cycle import Workspace
-    from fegear.contact.grid import SUPPORT
-    from fegear.contact.patches import NODE
+    from fegear.contact.plane.grid import SUPPORT
+    from fegear.contact.plane.kernels.active_set import UNKNOWN
+    from fegear.contact.plane.kernels.compliance import PATCH
+    from fegear.contact.plane.kernels.cycle import Workspace
+    from fegear.contact.plane.kernels.patches import NODE
 
     count = pairs * size
     return Workspace(

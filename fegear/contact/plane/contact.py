@@ -1,0 +1,42 @@
+"""Contact that is uniform over the face width, in patches across the flanks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlaneContact(ShortRepr):
+    """Patches of nodes across the flanks.
+
+    nodes : of the contact patch of each tooth pair
+    """
+
+    positions_at_once: ClassVar[int] = 2048
+
+    nodes: int = 25
+
+    def __post_init__(self) -> None:
+        if self.nodes < 5:
+            raise ValueError(f"nodes = {self.nodes}; must be at least 5")
+
+    @property
+    def widths(self) -> tuple[float, float]:
+        """None: loads are uniform."""
+        return 0.0, 0.0
+
+    @property
+    def gap(self) -> Array:
+        """None, in one slice."""
+        return np.zeros(1)
+
+    @property
+    def mirrored(self) -> PlaneContact:
+        """Itself: both flanks of a tooth are alike."""
+        return self

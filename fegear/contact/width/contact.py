@@ -1,0 +1,85 @@
+"""Contact over the face width: what it adds to a contact problem."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+
+from fegear.elasticity.wide_flank import WideFlank
+from lumped.common.array_types import Array
+from lumped.common.short_repr import ShortRepr
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WidthContact(ShortRepr):
+    """Contact over the face width in slices of equal length.
+
+    driver, driven : compliance over the width of each gear
+    width : common face width [m]
+    offsets : middle of the common width from the middle of either gear [m]
+    gap : (slices,) material missing along the line of action, on both flanks [m]
+    """
+
+    positions_at_once: ClassVar[int] = 32
+
+    driver: WideFlank
+    driven: WideFlank
+    width: float
+    gap: Array
+    offsets: tuple[float, float] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        twist = (
+            self.driver.kernel.base_helix_angle + self.driven.kernel.base_helix_angle
+        )
+        if abs(twist) > 1e-9:
+            raise ValueError("helix angles on the base circles must be opposite")
+        for flank, offset in zip(self.flanks, self.offsets, strict=True):
+            if 0.5 * self.width + abs(offset) > 0.5 * flank.width * (1.0 + 1e-9):
+                raise ValueError(
+                    f"width = {self.width} at {offset}; must be within {flank.width}"
+                )
+
+    @property
+    def flanks(self) -> tuple[WideFlank, WideFlank]:
+        return self.driver, self.driven
+
+    @property
+    def widths(self) -> tuple[float, float]:
+        """Face widths of both gears [m]."""
+        return self.driver.width, self.driven.width
+
+    @property
+    def slices(self) -> int:
+        return len(self.gap)
+
+    @cached_property
+    def places(self) -> Array:
+        """Middles of the slices (slices,) from the middle of the common width [m]."""
+        return slice_places(self.width, self.slices)
+
+    def gap_at(self, place: Array) -> Array:
+        """Material missing at places (p,) from the middle of the common width [m].
+
+        Linear between the middles of slices, and beyond the outer ones.
+        """
+        if self.slices < 2:
+            return np.full(place.shape, self.gap[0])
+        step = self.width / self.slices
+        first = np.clip(np.floor((place - self.places[0]) / step), 0, self.slices - 2)
+        index = first.astype(np.int64)
+        part = (place - self.places[index]) / step
+        return np.asarray((1.0 - part) * self.gap[index] + part * self.gap[index + 1])
+
+    @property
+    def mirrored(self) -> WidthContact:
+        """The contact in a mirror that has the axes in it."""
+        return replace(self, driver=self.driver.mirrored, driven=self.driven.mirrored)
+
+
+def slice_places(width: float, slices: int) -> Array:
+    """Middles of slices (slices,) of a width from its middle [m]."""
+    return width * ((np.arange(slices) + 0.5) / slices - 0.5)

@@ -1,0 +1,217 @@
+"""The contact problem of a mesh: both flanks with their compliance, and the solver."""
+
+from __future__ import annotations
+
+import math
+from functools import partial
+
+from fegear.contact.plane.contact import PlaneContact
+from fegear.contact.problem import ContactFlank, ContactProblem
+from fegear.contact.tooth_faults import ChangedCompliance
+from fegear.contact.width.contact import WidthContact, slice_places
+from fegear.elasticity.cache import (
+    cached_compliance_change,
+    cached_flank_compliance,
+    cached_wide_flank,
+)
+from fegear.elasticity.flank import FlankCompliance
+from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
+from fegear.elasticity.sector import cyclic_sector
+from fegear.files.errors import InputError
+from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
+from fegear.gearset.leads import width_gap
+from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.pitch_errors import mesh_errors
+from fegear.gearset.schema import mesh_label
+from fegear.statics.mesh_faults import faulty_sides
+from fegear.statics.settings import RESOLUTIONS, Resolution, StaticsSettings
+from lumped.common.progress import Progress, silent
+from meshes import MeshSize
+from meshes.crack import Crack
+
+MAX_SLICES = 1000  # of a mesh, some seconds and 0.3 GB at a position
+CORNER_PARTS = 0.3  # parts of tip corners in contact, over the number of slices
+PART_MATRICES = 18  # between parts in contact, held at once; measured
+BYTES_PER_NUMBER = 8
+
+
+def contact_problem(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    report: Progress = silent,
+    resolution: Resolution | None = None,
+) -> ContactProblem:
+    """The mesh's contact problem with both flank compliances at hand.
+
+    resolution : instead of that of the settings
+
+    Raises InputError for what `require_solvable` refuses.
+    """
+    resolution = resolution or RESOLUTIONS[settings.resolution]
+    require_solvable(gear_set, mesh, settings, resolution)
+    spec, width = gear_set.meshes[mesh], gear_set.common_width(mesh)
+    gears = [gear_set.gears[index] for index in spec.gears]
+    materials = [_material(gear_set, mesh, gear, settings) for gear in gears]
+    compliances: list[FlankCompliance] = []
+    for i, (gear, material) in enumerate(zip(gears, materials, strict=True)):
+        report(f"compliance of {gear.name}", i, 2)
+        compliances.append(
+            _flank_compliance(gear_set, mesh, gear, material, settings, resolution)
+        )
+    solver = _solver(gear_set, mesh, materials, resolution)
+    report("compliance", 2, 2)
+    solve_compliance_change = partial(_compliance_change, settings, resolution.size)
+    sides = faulty_sides(gear_set, mesh, solve_compliance_change)
+    errors = mesh_errors(gear_set, mesh)
+    driver, driven = (
+        ContactFlank(
+            compliance=compliances[i],
+            tip_relief=spec.flanks[i].tip_relief,
+            root_relief=spec.flanks[i].root_relief,
+            profile=side.profile,
+            lead=spec.flanks[i].lead,
+            pitch_errors=errors[i],
+            faults=side.faults,
+            offset=side.offset,
+        )
+        for i, side in enumerate(sides)
+    )
+    return ContactProblem(
+        pair=spec.pair,
+        driver=driver,
+        driven=driven,
+        face_width=width,
+        friction=settings.friction,
+        corner_contact=settings.corner_contact,
+        solver=solver,
+        plane_stress_pressure=pressure_in_plane(materials[0], materials[1], "stress"),
+        plane_strain_pressure=pressure_in_plane(materials[0], materials[1], "strain"),
+    )
+
+
+def _material(
+    gear_set: GearSet, mesh: int, gear: Gear, settings: StaticsSettings
+) -> PlaneMaterial:
+    """Material of the section: of teeth of their width where loads vary over it."""
+    if gear_set.meshes[mesh].varies_over_width:
+        constants = gear.young_modulus, gear.poisson_ratio
+        return PlaneMaterial(*constants, "width", gear.face_width)
+    return settings.material(gear, gear_set.common_width(mesh))
+
+
+def _flank_compliance(
+    gear_set: GearSet,
+    mesh: int,
+    gear: Gear,
+    material: PlaneMaterial,
+    settings: StaticsSettings,
+    resolution: Resolution,
+) -> FlankCompliance:
+    size = resolution.size
+    if gear_set.meshes[mesh].varies_over_width:
+        return cached_flank_compliance(gear.geometry, material.section, size)
+    held = cached_flank_compliance(gear.geometry, material, size)
+    if settings.body != "free":
+        return held
+    from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
+
+    require_inertia_of_bodies(gear_set, "bodies that are held count no inertia")
+    relief = inertia_relief(cyclic_sector(gear.geometry, material, size), gear.density)
+    widths = gear_set.common_width(mesh), gear.face_width
+    return in_mean_axes(held, relief, widths, inertia_of(gear))
+
+
+def _solver(
+    gear_set: GearSet,
+    mesh: int,
+    materials: list[PlaneMaterial],
+    resolution: Resolution,
+) -> PlaneContact | WidthContact:
+    spec, width = gear_set.meshes[mesh], gear_set.common_width(mesh)
+    if not spec.varies_over_width:
+        return PlaneContact(nodes=resolution.nodes)
+    driver, driven = (
+        cached_wide_flank(gear_set.gears[index].geometry, material, resolution.size)
+        for index, material in zip(spec.gears, materials, strict=True)
+    )
+    places = slice_places(width, slices_over_width(gear_set, mesh, resolution))
+    solver = WidthContact(
+        driver=driver,
+        driven=driven,
+        width=width,
+        gap=width_gap(gear_set, mesh, places),
+        offsets=gear_set.width_middles(mesh),
+    )
+    # the solver's driver turns counter-clockwise
+    return solver.mirrored if gear_set.senses[spec.driver] < 0 else solver
+
+
+def _compliance_change(
+    settings: StaticsSettings, size: MeshSize, gear: Gear, cracks: dict[int, Crack]
+) -> ChangedCompliance:
+    """What cracks add to the compliance of a gear, by tooth, counted clockwise."""
+    if settings.body == "free":
+        raise InputError(
+            f'gear "{gear.name}": cracks; not known of bodies that are free to '
+            "accelerate, body = free"
+        )
+    material = settings.material(gear)
+    return cached_compliance_change(gear.geometry, material, size, cracks)
+
+
+def slices_over_width(gear_set: GearSet, mesh: int, resolution: Resolution) -> int:
+    """Number of slices; with much overlap as many as a base pitch of it needs."""
+    for_overlap = resolution.slices_per_pitch * gear_set.overlap_ratio(mesh)
+    return max(resolution.slices, math.ceil(for_overlap))
+
+
+def require_solvable(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    resolution: Resolution | None = None,
+) -> None:
+    """Refuse what is not known of a mesh, and more slices than a machine can hold.
+
+    It takes no time: call it before anything is computed.
+
+    resolution : instead of that of the settings
+    """
+    if gear_set.meshes[mesh].varies_over_width:
+        _require_known(gear_set, mesh, settings)
+        resolution = resolution or RESOLUTIONS[settings.resolution]
+        _require_few_slices(gear_set, mesh, resolution)
+
+
+def _require_few_slices(gear_set: GearSet, mesh: int, resolution: Resolution) -> None:
+    slices = slices_over_width(gear_set, mesh, resolution)
+    if slices > MAX_SLICES:
+        spec = gear_set.meshes[mesh]
+        names = (gear_set.gears[gear].name for gear in spec.gears)
+        parts = slices * (spec.pair.contact_ratio + CORNER_PARTS)
+        needed_GB = PART_MATRICES * BYTES_PER_NUMBER * parts**2 / 1e9
+        raise InputError(
+            f"{mesh_label(*names)}: {slices} slices of the face width, of an overlap "
+            f"ratio of {gear_set.overlap_ratio(mesh):.6g}; must be at most "
+            f"{MAX_SLICES}: a position takes {needed_GB:.3g} GB of memory; a narrower "
+            "face width or a coarser resolution needs fewer"
+        )
+
+
+def _require_known(gear_set: GearSet, mesh: int, settings: StaticsSettings) -> None:
+    spec = gear_set.meshes[mesh]
+    gears = [gear_set.gears[index] for index in spec.gears]
+    where = mesh_label(*(gear.name for gear in gears))
+    has = "helical gears" if spec.is_helical else "loads that vary over the face width"
+    if settings.plane_of(gear_set) != "width":
+        raise InputError(
+            f"{where}: plane = {settings.plane_of(gear_set)}; must be width, it has "
+            f"{has}"
+        )
+    if settings.body != "held":
+        raise InputError(f"{where}: body = {settings.body}; must be held, it has {has}")
+    if any(gear.faults.any for gear in gears):
+        raise InputError(f"{where}: faults are not known of {has}")
+    if any(gear.geometry.sign < 0 for gear in gears):
+        raise InputError(f"{where}: internal gears are not known with {has}")
