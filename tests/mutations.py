@@ -135,7 +135,8 @@ def drawn(count: int = COUNT, seed: int = SEED) -> list[Mutation]:
 
 def stages(mutation: Mutation) -> Iterator[tuple[str, list[str]]]:
     """Names of the tiers, and words of pytest."""
-    folder, files = Path("tests", mutation.path).parent, sorted(TOP.glob("test_*.py"))
+    folder = Path("tests", mutation.path).parent
+    files = sorted(file.relative_to(ROOT) for file in TOP.glob("test_*.py"))
     near = [str(folder)] if (ROOT / folder).is_dir() else [str(file) for file in files]
     yield "quick, near", near
     mechanics = [
@@ -148,9 +149,9 @@ def stages(mutation: Mutation) -> Iterator[tuple[str, list[str]]]:
     yield "slow, near", ["-m", "slow", *near]
 
 
-def noticed(mutation: Mutation, copy: Path, tiers: int) -> tuple[str, str]:
+def noticed(mutation: Mutation, copy: Path, tiers: range) -> tuple[str, str]:
     """Tier and test that fails, or nothing."""
-    for tier, arguments in islice(stages(mutation), tiers):
+    for tier, arguments in islice(stages(mutation), tiers.start, tiers.stop):
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", *arguments]
         command += ["--durations=0", "-p", "no:cacheprovider"]
         try:
@@ -166,7 +167,7 @@ def noticed(mutation: Mutation, copy: Path, tiers: int) -> tuple[str, str]:
     return "", ""
 
 
-def run(copy: Path, target: Path, numbers: Sequence[int], tiers: int) -> None:
+def run(copy: Path, target: Path, numbers: Sequence[int], tiers: range) -> None:
     if not target.exists():
         target.write_text(",".join(COLUMNS) + "\n")
     finished = {row["number"] for row in csv.DictReader(target.open())}
@@ -192,7 +193,8 @@ def main() -> None:
     parser.add_argument("copy", type=Path, nargs="?", help="a folder for the copy")
     parser.add_argument("-o", "--output", type=Path, default=Path("mutations.csv"))
     parser.add_argument("--numbers", type=int, nargs="*", default=[])
-    parser.add_argument("--tiers", type=int, default=3, help="of four")
+    parser.add_argument("--first", type=int, default=1, help="tier, of four")
+    parser.add_argument("--tiers", type=int, default=3, help="last tier, of four")
     options = parser.parse_args()
     if options.action == "list":
         for number, m in enumerate(drawn(), 1):
@@ -201,7 +203,12 @@ def main() -> None:
         return
     if options.copy is None:
         parser.error("run: needs a folder")
-    run(options.copy, options.output, options.numbers, options.tiers)
+    run(
+        options.copy,
+        options.output,
+        options.numbers,
+        range(options.first - 1, options.tiers),
+    )
 
 
 if __name__ == "__main__":

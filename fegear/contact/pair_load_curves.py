@@ -14,11 +14,16 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pairs import PairTeeth, back_side_position, candidate_pairs
+from fegear.contact.pairs import (
+    PairTeeth,
+    back_side_position,
+    candidate_pairs,
+)
 from fegear.contact.plane.constants import Conditions, kernel_inputs
 from fegear.contact.plane.runs import missing_pairs
 from fegear.contact.plane.solve import solve_drive_side
 from fegear.contact.problem import ContactProblem
+from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.flank_grid import flank_stencils
 from lumped.common.array_types import Array
 
@@ -95,6 +100,8 @@ class _Request:
 def _teeth_and_settings(problem: ContactProblem) -> tuple[object, ...] | None:
     """All of a problem that load curves depend on; None where it cannot be told."""
     flanks = problem.flanks
+    if isinstance(problem.solver, WidthContact):
+        return None
     if any(flank.compliance.origin is None or flank.faults for flank in flanks):
         return None
     values = [
@@ -117,14 +124,15 @@ def _solve_load_curves(request: _Request) -> PairLoadCurves:
     problem, position = request.problem, np.frombuffer(request.position).copy()
     max_penetration, back = request.max_penetration, request.back
     side_position = back_side_position(problem.pair, position) if back else position
+    if isinstance(problem.solver, WidthContact):
+        width = problem.solver.mirrored if back else problem.solver
+        reach = max_penetration, back
+        return _solve_over_width(problem, width, side_position, reach)
     candidate_teeth = candidate_pairs(problem.pair, side_position)
     unloaded_flanks = _solve_unloaded_flanks(problem, candidate_teeth, side_position)
     penetration = max_penetration * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
     gap = unloaded_flanks.gap
-    # a gap that all pairs have, as of a profile, keeps none of them out of reach
-    selected_pairs = np.flatnonzero(
-        gap.min(axis=0) - gap.min() < PAIR_RANGE_FACTOR * max_penetration
-    )
+    selected_pairs = _within_reach(gap, max_penetration)
     teeth, arc = (
         candidate_teeth[selected_pairs],
         unloaded_flanks.cells.arc[:, selected_pairs],
@@ -157,6 +165,54 @@ def _solve_load_curves(request: _Request) -> PairLoadCurves:
         pressure=pressure,
         normal_compliance=normal,
         tangential_compliance=tangential,
+    )
+
+
+def _within_reach(gap: Array, max_penetration: float) -> NDArray[np.intp]:
+    """Pairs that may touch, by their gaps (n, k) [m]."""
+    # a gap that all pairs have, as of a profile, keeps none of them out of reach
+    least = gap.min(axis=0) - gap.min()
+    return np.flatnonzero(least < PAIR_RANGE_FACTOR * max_penetration)
+
+
+def _solve_over_width(
+    problem: ContactProblem,
+    width: WidthContact,
+    position: Array,
+    reach: tuple[float, bool],
+) -> PairLoadCurves:
+    """Load curves of pairs whose loads vary over the width, along the line of action.
+
+    Penetration is that of the transmission error, and friction left out.
+
+    reach : largest penetration [m], and whether flanks are back flanks
+    """
+    from fegear.contact.width.load_curves import width_load_curves
+
+    max_penetration, back = reach
+    penetration = max_penetration * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
+    curves = width_load_curves(problem, width, position, penetration)
+    gap = np.where(np.isfinite(curves.gap), curves.gap, OPEN_GAP)
+    chosen = _within_reach(gap, max_penetration)
+    teeth, pair = curves.teeth[chosen], problem.pair
+    roll = pair.pitch_point + pair.base_pitch * (position[:, None] + teeth)
+    roll = np.clip(roll, pair.path_start, pair.path_end)
+    rolls = np.stack([roll, pair.line_of_action - roll], axis=2)
+    radii = np.array([pair.driver.base_radius, pair.driven.base_radius])
+    arms = np.concatenate([np.broadcast_to(radii, rolls.shape), rolls], axis=2)
+    coupling = curves.coupling[:, chosen][..., chosen]
+    return PairLoadCurves(
+        pair_offsets=-teeth if back else teeth,
+        gap=gap[:, chosen],
+        moment_arms=arms,
+        arc=curves.arc[:, chosen],
+        turn=np.zeros(rolls.shape),
+        sliding_sign=np.sign(pair.pitch_point - roll),
+        penetration=penetration,
+        load=np.repeat(curves.load[:, chosen, None], 2, axis=2),
+        pressure=problem.plane_strain_pressure * curves.pressure[:, chosen],
+        normal_compliance=coupling,
+        tangential_compliance=np.zeros_like(coupling),
     )
 
 

@@ -279,15 +279,17 @@ DECLARED: Mapping[type[Any], Mapping[str, Over]] = {
 }
 
 
-def empty_values(kind: type[Values], sizes: Mapping[str, int], **known: Any) -> Values:
+def empty_values(
+    kind: type[Values], sizes: Mapping[str, int], **constants: Any
+) -> Values:
     """Result in which no pair is in contact, to be filled in.
 
-    sizes : of axes by their letter; known : the other fields
+    sizes : of axes by their letter; constants : the other fields
     """
     for name, over in DECLARED[kind].items():
-        if name not in known:
-            known[name] = np.full([sizes[axis] for axis in over.axes], over.empty)
-    return kind(**known)
+        if name not in constants:
+            constants[name] = np.full([sizes[axis] for axis in over.axes], over.empty)
+    return kind(**constants)
 
 
 def joined_cycles(cycles: Sequence[ContactCycle]) -> ContactCycle:

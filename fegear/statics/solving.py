@@ -33,7 +33,7 @@ from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable
 from meshes import MeshSize
 
-MOST_COMPARED = 2048  # positions that are solved again, coarser
+MAX_COMPARED = 2048  # positions that are solved again, coarser
 
 
 @public
@@ -224,9 +224,9 @@ def _estimate_errors(
     """Compare every torque with the coarsened resolution."""
     coarser_resolution = RESOLUTIONS[settings.resolution].coarsened()
     problem = contact_problem(gear_set, mesh, settings, report, coarser_resolution)
-    pitch = np.floor(cycle.position[:MOST_COMPARED]).astype(np.int64)
+    pitch = np.floor(cycle.position[:MAX_COMPARED]).astype(np.int64)
     with stage("solving"):
-        position = cycle.position[:MOST_COMPARED] - pitch
+        position = cycle.position[:MAX_COMPARED] - pitch
         coarse_cycle = solve_cycle(problem, cycle.torque, position, pitch)
     coarse_stresses = _root_stresses(
         gear_set, mesh, settings, problem, coarse_cycle, coarser_resolution.size

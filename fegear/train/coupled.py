@@ -25,20 +25,13 @@ from fegear.dynamics.table_load_curves import all_table_load_curves
 from fegear.elasticity.cache import cached_body
 from fegear.elasticity.inertia_relief import InertiaRelief, inertia_relief
 from fegear.elasticity.sector import RIGHT, CyclicSector
-from fegear.gearset.faults.checks import with_equal_teeth
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import without_pitch_errors
-from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.given_tables import GivenTables
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import mesh_statics
 from lumped.common.array_types import Array
 from lumped.train.coupled import CoupledContacts
 from lumped.train.system import LumpedSystem
-
-TABLE_TORQUES = 0.125, 0.25, 0.5, 1.0, 2.0, 4.0  # over that of a mesh
-TABLE_POSITIONS = 64  # of a mesh cycle
 
 
 @lru_cache(maxsize=64)  # equal gears, and all torques
@@ -68,9 +61,6 @@ def coupled_contacts(
     settings = excitations.statics
     if isinstance(excitations, GivenTables):
         load_curves = all_table_load_curves(gear_set, torque, excitations, without)
-    elif any(mesh.varies_over_width for mesh in gear_set.meshes):
-        source = _tables_over_torques(gear_set, torque, settings)
-        load_curves = all_table_load_curves(gear_set, torque, source, without)
     else:
         tables = tables_of_equal_teeth(gear_set, torque, excitations)
         load_curves = all_mesh_load_curves(gear_set, tables, settings)
@@ -84,23 +74,6 @@ def coupled_contacts(
             gear_set, contacts, reference, modes, mesh_inertias, retained
         )
     return replace(contacts, without=without)
-
-
-def _tables_over_torques(
-    gear_set: GearSet, torque: float, settings: StaticsSettings
-) -> GivenTables:
-    """Tables of all meshes from which load curves follow; torque : on the input [N m].
-
-    Where loads vary over the face width no pair is solved alone.
-    """
-    fewer = replace(settings, positions=min(settings.positions, TABLE_POSITIONS))
-    set_of_equal_teeth = with_equal_teeth(without_pitch_errors(gear_set))
-    tables = []
-    for mesh, mesh_torque in enumerate(mesh_torques_at(gear_set, torque)):
-        torques = [factor * mesh_torque for factor in TABLE_TORQUES]
-        solved = mesh_statics(set_of_equal_teeth, mesh, torques, fewer)
-        tables.append((f"finite elements of mesh {mesh + 1}", solved.table))
-    return GivenTables(tuple(tables))
 
 
 def contacts_from_load_curves(

@@ -220,7 +220,7 @@ class FaceCompliance:
         return total
 
     @cached_property
-    def _softness(self) -> float:
+    def softness(self) -> float:
         """1 / (pi E*) of both gears [1/Pa]."""
         return sum(1.0 / flank.kernel.modulus for flank in self.face.flanks) / math.pi
 
@@ -231,8 +231,8 @@ class FaceCompliance:
         `fegear.contact.plane.kernels.patches.corner_width`.
         """
         per_length = load / parts.length
-        size = np.sqrt(4.0 * per_length * parts.radius * self._softness)
-        wedge = CORNER_WIDTH * math.pi * self._softness * per_length
+        size = np.sqrt(4.0 * per_length * parts.radius * self.softness)
+        wedge = CORNER_WIDTH * math.pi * self.softness * per_length
         ratio = 0.5 * size * parts.angle / wedge
         root = np.hypot(1.0, ratio)
         share = np.maximum(1.0 / (root + ratio), MIN_CORNER_WIDTH)
@@ -258,7 +258,7 @@ class FaceCompliance:
         root = np.hypot(1.0, x)
         mean = 2.0 * (np.arcsinh(1.0 / x) - root + x)
         slope = 2.0 * (1.0 - root / x)  # over x
-        per_load = self._softness / parts.length
+        per_load = self.softness / parts.length
         return per_load * mean * load, per_load * (mean + exponent * x * slope)
 
     def pressure(self, load: Array, parts: LineParts) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,6 +20,7 @@ from fegear.contact.width.contact import WidthContact
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
 
+SOFT_TEETH = 20.0  # ste over load per length times 1/E1' + 1/E2', of a slice
 FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
 MAX_STEPS = 60
 MIN_PART = 1e-6  # of half a slice that is cut off at an end of the path
@@ -226,40 +228,106 @@ class Slices:
             touches = self.gap <= np.sort(self.gap)[: 1 + self.gap.size // 2].max()
             load = np.where(touches, torque / self.arm[touches].sum(), 0.0)
         load *= torque / (self.arm @ load)
-        change, matrix = math.inf, self.smooth + self.compliance.near(self.parts, size)
+        matrix = self.smooth + self.compliance.near(self.parts, size)
+
+        def newton(load: Array, touches: Touches) -> SliceLoads:
+            return self._at_torque(matrix, torque, size, load, touches)
+
+        solved, touches = self._exchanged(matrix, newton, load, touches)
+        return self._with_growing_contacts(solved, torque, size, touches)
+
+    def first_guess(self, ste: float) -> Array:
+        """Forces (s,) [N] to begin with at a transmission error [m]."""
+        softness = self.compliance.softness * math.pi * SOFT_TEETH
+        depth = np.maximum(ste - self.gap, 0.0)
+        return np.asarray(depth * self.parts.length / softness)
+
+    def press(self, ste: float, size: float, start: Array) -> Array:
+        """Normal forces (s,) at a transmission error [N].
+
+        size : of contacts, as in `FaceCompliance.near` [m]
+        start : (s,) forces to begin with [N]
+        """
+        matrix = self.smooth + self.compliance.near(self.parts, size)
+
+        def newton(load: Array, touches: Touches) -> SliceLoads:
+            return self._at_ste(matrix, ste, size, load, touches)
+
+        touches = (start > 0.0) & (self.gap < ste)
+        if not touches.any():
+            touches = self.gap < ste
+        solved, _ = self._exchanged(matrix, newton, start, touches)
+        return np.maximum(solved.load, 0.0)
+
+    def _exchanged(
+        self,
+        matrix: Array,
+        newton: Callable[[Array, Touches], SliceLoads],
+        load: Array,
+        touches: Touches,
+    ) -> tuple[SliceLoads, Touches]:
+        """Loads by steps of Newton's method, and the slices that touch."""
+        change = math.inf
         for step in range(MAX_STEPS):
-            solved = self._newton(matrix, torque, size, load, touches)
+            solved = newton(load, touches)
             change = float(np.abs(solved.load - load).max() / np.abs(solved.load).max())
             load = np.maximum(solved.load, 0.0)
             violated = self._violated(matrix, solved, touches)
             if not violated.any() and change < LOAD_RTOL:
-                return self._with_growing_contacts(solved, torque, size, touches)
+                return solved, touches
             if step > MAX_STEPS // 2 and violated.any():
                 first = int(np.flatnonzero(violated)[0])
                 violated = np.arange(violated.size) == first
             touches = touches ^ violated
+        torque = float(self.arm @ load)
         raise ContactFailure(
             f"contact over the face width not solved at torque {torque:g} N m: loads "
             f"change by {change:.2g} of the largest after {MAX_STEPS} steps"
         )
 
-    def _newton(
-        self, matrix: Array, torque: float, size: float, load: Array, touches: Touches
-    ) -> SliceLoads:
-        """Forces of the slices that touch, with their own contact linearised."""
-        closing, arm = self.closing[touches], self.arm[touches]
-        parts = self.parts.chosen(touches)
-        mean = torque / arm.sum()
-        at = np.maximum(load[touches], FLOOR * mean)
+    def _linearised(
+        self, matrix: Array, size: float, at: Array, touches: Touches
+    ) -> tuple[Array, Array, Array]:
+        """Tangent compliance of what touches, and rate and offset of its forces by ste.
+
+        at : forces about which their own contact is linearised [N]
+        """
+        parts, closing = self.parts.chosen(touches), self.closing[touches]
         approach, slope = self.compliance.own_contact(at, parts, size)
         tangent = matrix[np.ix_(touches, touches)] + np.diag(slope)
         fixed = -closing * self.gap[touches] - (approach - slope * at)
         rate, offset = np.linalg.solve(tangent, np.stack([closing, fixed], axis=1)).T
+        return tangent, rate, offset
+
+    def _at_torque(
+        self, matrix: Array, torque: float, size: float, load: Array, touches: Touches
+    ) -> SliceLoads:
+        arm = self.arm[touches]
+        at = np.maximum(load[touches], FLOOR * torque / arm.sum())
+        tangent, rate, offset = self._linearised(matrix, size, at, touches)
         ste = (torque - arm @ offset) / (arm @ rate)
+        return self._loads(matrix, size, touches, float(ste), (tangent, rate, offset))
+
+    def _at_ste(
+        self, matrix: Array, ste: float, size: float, load: Array, touches: Touches
+    ) -> SliceLoads:
+        at = np.maximum(load[touches], FLOOR * max(float(load.max()), TINY))
+        linear = self._linearised(matrix, size, at, touches)
+        return self._loads(matrix, size, touches, ste, linear)
+
+    def _loads(
+        self,
+        matrix: Array,
+        size: float,
+        touches: Touches,
+        ste: float,
+        linear: tuple[Array, Array, Array],
+    ) -> SliceLoads:
+        tangent, rate, offset = linear
         loads, rates = np.zeros((2, self.gap.size))
         loads[touches], rates[touches] = ste * rate + offset, rate
-        by_ste = float(arm @ rate)
-        return SliceLoads(float(ste), loads, rates, by_ste, size, matrix, tangent)
+        by_ste = float(self.arm[touches] @ rate)
+        return SliceLoads(ste, loads, rates, by_ste, size, matrix, tangent)
 
     def _with_growing_contacts(
         self, solved: SliceLoads, torque: float, size: float, touches: Touches
