@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from functools import partial
+from typing import NamedTuple
 
 from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.problem import ContactFlank, ContactProblem
@@ -51,15 +52,10 @@ def contact_problem(
     resolution = resolution or RESOLUTIONS[settings.resolution]
     require_solvable(gear_set, mesh, settings, resolution)
     spec, width = gear_set.meshes[mesh], gear_set.common_width(mesh)
-    gears = [gear_set.gears[index] for index in spec.gears]
-    materials = [_material(gear_set, mesh, gear, settings) for gear in gears]
-    compliances: list[FlankCompliance] = []
-    for i, (gear, material) in enumerate(zip(gears, materials, strict=True)):
-        report(f"compliance of {gear.name}", i, 2)
-        compliances.append(
-            _flank_compliance(gear_set, mesh, gear, material, settings, resolution)
-        )
-    solver = _solver(gear_set, mesh, materials, resolution)
+    elasticity_of = _along_width if spec.varies_over_width else _in_plane
+    materials, compliances, solver = elasticity_of(
+        gear_set, mesh, settings, resolution, report
+    )
     report("compliance", 2, 2)
     solve_compliance_change = partial(_compliance_change, settings, resolution.size)
     sides = faulty_sides(gear_set, mesh, solve_compliance_change)
@@ -90,61 +86,73 @@ def contact_problem(
     )
 
 
-def _material(
-    gear_set: GearSet, mesh: int, gear: Gear, settings: StaticsSettings
-) -> PlaneMaterial:
-    """Material of the section: of teeth of their width where loads vary over it."""
-    if gear_set.meshes[mesh].varies_over_width:
-        constants = gear.young_modulus, gear.poisson_ratio
-        return PlaneMaterial(*constants, "width", gear.face_width)
-    return settings.material(gear, gear_set.common_width(mesh))
+class _Elasticity(NamedTuple):
+    """Materials and compliances of driver and driven gear, and where loads vary."""
+
+    materials: list[PlaneMaterial]
+    compliances: list[FlankCompliance]
+    solver: PlaneContact | WidthContact
 
 
-def _flank_compliance(
+def _in_plane(
     gear_set: GearSet,
     mesh: int,
-    gear: Gear,
-    material: PlaneMaterial,
     settings: StaticsSettings,
     resolution: Resolution,
-) -> FlankCompliance:
-    size = resolution.size
-    if gear_set.meshes[mesh].varies_over_width:
-        return cached_flank_compliance(gear.geometry, material.section, size)
-    held = cached_flank_compliance(gear.geometry, material, size)
-    if settings.body != "free":
-        return held
-    from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
+    report: Progress,
+) -> _Elasticity:
+    """Elasticity of sections whose loads are uniform over the width."""
+    width, size = gear_set.common_width(mesh), resolution.size
+    materials, compliances = [], []
+    for i, index in enumerate(gear_set.meshes[mesh].gears):
+        gear = gear_set.gears[index]
+        report(f"compliance of {gear.name}", i, 2)
+        material = settings.material(gear, width)
+        compliance = cached_flank_compliance(gear.geometry, material, size)
+        if settings.body == "free":
+            from fegear.elasticity.inertia_relief import in_mean_axes, inertia_relief
 
-    require_inertia_of_bodies(gear_set, "bodies that are held count no inertia")
-    relief = inertia_relief(cyclic_sector(gear.geometry, material, size), gear.density)
-    widths = gear_set.common_width(mesh), gear.face_width
-    return in_mean_axes(held, relief, widths, inertia_of(gear))
+            require_inertia_of_bodies(gear_set, "bodies that are held count no inertia")
+            sector = cyclic_sector(gear.geometry, material, size)
+            relief = inertia_relief(sector, gear.density)
+            widths = width, gear.face_width
+            compliance = in_mean_axes(compliance, relief, widths, inertia_of(gear))
+        materials.append(material)
+        compliances.append(compliance)
+    return _Elasticity(materials, compliances, PlaneContact(nodes=resolution.nodes))
 
 
-def _solver(
+def _along_width(
     gear_set: GearSet,
     mesh: int,
-    materials: list[PlaneMaterial],
+    settings: StaticsSettings,
     resolution: Resolution,
-) -> PlaneContact | WidthContact:
-    spec, width = gear_set.meshes[mesh], gear_set.common_width(mesh)
-    if not spec.varies_over_width:
-        return PlaneContact(nodes=resolution.nodes)
-    driver, driven = (
-        cached_wide_flank(gear_set.gears[index].geometry, material, resolution.size)
-        for index, material in zip(spec.gears, materials, strict=True)
-    )
+    report: Progress,
+) -> _Elasticity:
+    """Elasticity of teeth of their width, and of their sections."""
+    width, size = gear_set.common_width(mesh), resolution.size
+    spec, materials, compliances, wide = gear_set.meshes[mesh], [], [], []
+    for i, index in enumerate(spec.gears):
+        gear = gear_set.gears[index]
+        report(f"compliance of {gear.name}", i, 2)
+        material = settings.material(gear, gear.face_width)
+        wide.append(cached_wide_flank(gear.geometry, material, size))
+        section = cached_flank_compliance(gear.geometry, material.section, size)
+        materials.append(material)
+        compliances.append(section)
     places = slice_places(width, slices_over_width(gear_set, mesh, resolution))
     solver = WidthContact(
-        driver=driver,
-        driven=driven,
+        driver=wide[0],
+        driven=wide[1],
         width=width,
         gap=width_gap(gear_set, mesh, places),
         offsets=gear_set.width_middles(mesh),
     )
     # the solver's driver turns counter-clockwise
-    return solver.mirrored if gear_set.senses[spec.driver] < 0 else solver
+    turns_back = gear_set.senses[spec.driver] < 0
+    return _Elasticity(
+        materials, compliances, solver.mirrored if turns_back else solver
+    )
 
 
 def _compliance_change(
