@@ -135,9 +135,10 @@ def drawn(count: int = COUNT, seed: int = SEED) -> list[Mutation]:
 
 def stages(mutation: Mutation) -> Iterator[tuple[str, list[str]]]:
     """Names of the tiers, and words of pytest."""
-    folder = Path("tests", mutation.path).parent
+    folders = Path("tests", mutation.path).parents  # kernels have the tests around them
+    folder = next(folder for folder in folders if (ROOT / folder).is_dir())
     files = sorted(file.relative_to(ROOT) for file in TOP.glob("test_*.py"))
-    near = [str(folder)] if (ROOT / folder).is_dir() else [str(file) for file in files]
+    near = [str(file) for file in files] if ROOT / folder == TOP else [str(folder)]
     yield "quick, near", near
     mechanics = [
         f"tests/{part}" for part in FOLDERS if (ROOT / "tests" / part).is_dir()
