@@ -140,13 +140,14 @@ def condense(
 
     cuts : freedoms in the section and along the axis
     """
-    from scipy.sparse.linalg import splu, spsolve_triangular
+    from scipy.linalg import solve_triangular
+    from scipy.sparse.linalg import splu
 
     blocks = {
         (order, a, b): csr_array(cuts[a].matrix.T @ matrix @ cuts[b].matrix)
         for (order, a, b), matrix in wide.blocks.items()
     }
-    order, interface = _ordering(wide, cuts, modes)
+    order, (interface, loaded) = _ordering(wide, cuts, modes)
     stiffness = csc_array(csr_array(wide.stiffness(blocks, modes))[order][:, order])
     factor = splu(
         stiffness,
@@ -163,10 +164,12 @@ def condense(
         np.vstack([np.kron(wide.functions.mass[k, group], part[a]) for a, k in modes])
         for part in _loads_and_measures(wide, cuts)
     )
-    both = np.hstack([loads, measures])[order]
-    reduced = spsolve_triangular(lower, both, lower=True, unit_diagonal=True)
+    # nothing acts on what comes before: there the substitution leaves zeros
+    both = np.hstack([loads, measures])[order[-loaded:]]
+    trailing = lower[-loaded:, -loaded:].toarray()
+    reduced = solve_triangular(trailing, both, lower=True, unit_diagonal=True)
     interior, count = reduced[:-interface], loads.shape[1]
-    scaled = interior[:, :count] / factor.U.diagonal()[:-interface, None]
+    scaled = interior[:, :count] / factor.U.diagonal()[-loaded:-interface, None]
     forces = on_cuts @ reduced[-interface:]
     return Condensed(
         schur=0.5 * (schur + schur.T),
@@ -199,11 +202,12 @@ def _loads_and_measures(
 
 def _ordering(
     wide: WideSector, cuts: tuple[FreeCuts, FreeCuts], modes: Modes
-) -> tuple[Indices, int]:
-    """Order of all freedoms for the factors, cuts last; and how many are on cuts.
+) -> tuple[Indices, tuple[int, int]]:
+    """Order of all freedoms for the factors, and how many are on cuts or loaded.
 
-    The interior in an order of minimum degree of its nodes: all freedoms of a node
-    follow each other, and the graph of the nodes is small.
+    Cuts are last, behind the nodes of the flank, where loads act. The others are in an
+    order of minimum degree of their nodes: all freedoms of a node follow each other,
+    and the graph of the nodes is small.
     """
     # nodes of the freedoms of either component, in the order of its columns
     in_section, along = (
@@ -218,9 +222,13 @@ def _ordering(
             part.append(start + np.arange(low, high))
     interior, left, right = (np.concatenate(part) for part in parts)
     nodes = np.concatenate([nodes_of[a] for a, _ in modes])
-    rank = _ranks(wide.blocks[2, 1, 1], np.unique(nodes[interior]))
+    on_flank = np.unique(wide.twisted.node_of[wide.sector.flanks[RIGHT].dofs])
+    others = np.setdiff1d(nodes[interior], on_flank)
+    rank = _ranks(wide.blocks[2, 1, 1], others)
+    rank[on_flank] = len(others) + np.arange(len(on_flank))
     by_rank = interior[np.argsort(rank[nodes[interior]], kind="stable")]
-    return np.concatenate([by_rank, left, right]), 2 * len(left)
+    loaded = int(np.isin(nodes[interior], on_flank).sum()) + 2 * len(left)
+    return np.concatenate([by_rank, left, right]), (2 * len(left), loaded)
 
 
 def _ranks(graph: csr_array, nodes: Indices) -> Indices:
