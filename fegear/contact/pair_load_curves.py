@@ -187,13 +187,12 @@ def _solve_over_width(
 
     reach : largest penetration [m], and whether flanks are back flanks
     """
-    from fegear.contact.width.load_curves import width_load_curves
+    from fegear.contact.width.load_curves import interpolated_curves
 
     max_penetration, back = reach
     penetration = max_penetration * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
-    curves = width_load_curves(problem, width, position, penetration)
-    gap = np.where(np.isfinite(curves.gap), curves.gap, OPEN_GAP)
-    chosen = _within_reach(gap, max_penetration)
+    curves = interpolated_curves(problem, width, position, penetration)
+    chosen = _within_reach(curves.gap, max_penetration)
     teeth, pair = curves.teeth[chosen], problem.pair
     roll = pair.pitch_point + pair.base_pitch * (position[:, None] + teeth)
     roll = np.clip(roll, pair.path_start, pair.path_end)
@@ -203,7 +202,7 @@ def _solve_over_width(
     coupling = curves.coupling[:, chosen][..., chosen]
     return PairLoadCurves(
         pair_offsets=-teeth if back else teeth,
-        gap=gap[:, chosen],
+        gap=curves.gap[:, chosen],
         moment_arms=arms,
         arc=curves.arc[:, chosen],
         turn=np.zeros(rolls.shape),

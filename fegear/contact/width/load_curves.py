@@ -9,7 +9,7 @@ the transmission error.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -21,6 +21,7 @@ from fegear.contact.width.solve import FaceSolver, LinesOfContact, Slices
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
 
+OPEN_GAP = 1e-2  # [m] beyond any deflection
 SOLVED = 16  # penetrations of each pair, denser toward zero
 SIZE_TOL = 5e-3  # of contacts, whose logarithm counts
 CENTER = 7  # at which the centre of load is taken: near that at rest, a sixth of all
@@ -31,8 +32,8 @@ class WidthLoadCurves:
     """Load over penetration of k tooth pairs at n positions.
 
     teeth : (k,) base pitches by which each pair is ahead
-    gap : (n, k) transmission error that closes each pair [m], infinite where its flanks
-        do not face each other
+    gap : (n, k) transmission error that closes each pair [m], OPEN_GAP or infinite
+        where its flanks do not face each other
     load : (n, k, j) along the line of action [N]
     pressure : (n, k, j) largest contact pressure on the path, in plane strain [Pa]
     arc : (n, k, 2) of the load's centre from the tip corners [m]
@@ -46,6 +47,26 @@ class WidthLoadCurves:
     pressure: Array
     arc: Array
     coupling: Array
+
+
+def interpolated_curves(
+    problem: ContactProblem, width: WidthContact, position: Array, penetration: Array
+) -> WidthLoadCurves:
+    """Load curves at positions (n,), of which every second one is solved."""
+    solved_at = np.unique(np.append(position[::2], position[-1]))
+    curves = width_load_curves(problem, width, solved_at, penetration)
+
+    def between(values: Array) -> Array:
+        return np.asarray(PchipInterpolator(solved_at, values)(position))
+
+    return replace(
+        curves,
+        gap=between(np.minimum(curves.gap, OPEN_GAP)),
+        load=between(curves.load),
+        pressure=between(curves.pressure),
+        arc=between(curves.arc),
+        coupling=between(curves.coupling),
+    )
 
 
 def width_load_curves(

@@ -12,9 +12,10 @@ import fegear
 from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.contact.pairs import back_side_position
 from fegear.contact.solve import solve_cycle
-from fegear.contact.width.load_curves import width_load_curves
+from fegear.contact.width.load_curves import interpolated_curves, width_load_curves
 from fegear.gearset import make_gear_set
 from fegear.statics.given_tables import GivenTables
+from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 
 PENETRATION = 90e-6 * np.linspace(0.0, 1.0, 129) ** 2
@@ -92,6 +93,20 @@ def test_fewer_penetrations_change_little(contact, monkeypatch):
     assert (np.abs(coarse.load - fine.load) / most).max() < 3e-3
 
 
+def test_every_second_position_is_enough(contact):
+    position = 0.2 + np.arange(13) / 128.0
+    direct = width_load_curves(contact, contact.solver, position, PENETRATION)
+    between = interpolated_curves(contact, contact.solver, position, PENETRATION)
+    assert (between.teeth == direct.teeth).all()
+    near = direct.gap < PENETRATION[-1]
+    most = direct.load.max()
+    assert np.abs(between.load - direct.load)[near].max() < 4e-3 * most
+    # of corners, whose gaps open fast
+    assert np.abs(between.gap - direct.gap)[near].max() < 0.01 * PENETRATION[-1]
+    solved = np.abs(between.load - direct.load)[::2][near[::2]]
+    assert solved.max() < 1e-9 * most
+
+
 def test_back_flanks_have_the_curves_of_the_mirror():
     straight = CASES["straight"]()
     position = np.arange(3) / 3.0
@@ -147,3 +162,22 @@ def test_motions_are_those_of_curves_from_tables_over_torques(entries):
         frequencies[name] = result.summary["natural_frequencies_Hz"][0]
     assert frequencies["pairs"] == pytest.approx(frequencies["tables"], rel=0.01)
     np.testing.assert_allclose(rms["pairs"], rms["tables"], rtol=0.04)
+
+
+@pytest.mark.slow
+def test_a_pair_whose_tables_contradict_themselves_is_solved():
+    """Of lines of contact that take over slice by slice, tables know no load curve."""
+    entries = {
+        "name": "long",
+        "defaults": {"module_mm": 3.0, "helix_angle_deg": 20.0, "face_width_mm": 20.0},
+        "gear": [
+            {"name": "one", "teeth": 25, "hub_radius_mm": 15.0},
+            {"name": "two", "teeth": 44, "hub_radius_mm": 25.0},
+        ],
+        "mesh": [{"driver": "one", "driven": "two", "backlash_um": 80.0}],
+        "load": {"gear": "one", "torques_Nm": [100.0]},
+    }
+    coarse = fegear.ExcitationSettings(resolution="coarse", positions=32)
+    model = LumpedModel(number="coupled", excitation=coarse)
+    (check,) = lumped_system(make_gear_set(entries), 100.0, model).static_checks
+    assert abs(check.mean_error) < 5e-3
