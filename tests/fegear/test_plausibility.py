@@ -226,6 +226,15 @@ def test_slips_of_a_unit_are_named_by_what_they_lead_to(magnitude_um, torque, co
     assert [line[-4:-1] for line in lines] == codes
 
 
+def test_a_deflection_below_all_roughness_is_printed():
+    gears = load_gear_set("liu-pair")
+    settings = StaticsSettings(resolution="coarse", positions=8, estimate_error=False)
+    solved = solve_mesh(gears, 1, [0.1], settings)
+    (line,) = unit_warnings(solved)
+    mean = float((solved.cycle.ste - solved.cycle.no_load).mean())
+    assert f"mean deflection {1e6 * mean:.2g} um at 0.1 N m" in line
+
+
 @pytest.mark.parametrize("name", builtin_names())
 def test_built_in_sets_have_no_slips_of_a_unit(name):
     gears = load_gear_set(name)

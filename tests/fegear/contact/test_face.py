@@ -119,6 +119,21 @@ def test_misalignment_loads_an_end_and_crowning_the_middle():
     assert crowned == pytest.approx(crowned[::-1], rel=1e-9)
 
 
+@pytest.mark.parametrize("helix_angle_deg", [0.0, 18.0])
+def test_pressure_is_that_of_hertz(helix_angle_deg):
+    """Of the load per length of each slice, with the curvature across the line."""
+    sliced = problem(helix_angle_deg, slope(5e-6))
+    cycle, pair = solve_cycle(sliced, [TORQUE], POSITIONS), sliced.pair
+    face = cycle.face
+    one = pair.pitch_point + pair.base_pitch * face.path_position
+    radius = one * (pair.line_of_action - one) / pair.line_of_action
+    modulus = 0.5 * STEEL.young_modulus / (1.0 - STEEL.poisson_ratio**2)
+    load, slices = face.load[0], face.on_path & (face.load[0] > 0.0)
+    radius /= np.cos(face.base_helix_angle)
+    hertz = np.sqrt(load[slices] * modulus / (np.pi * radius[slices]))
+    assert face.pressure[0][slices] == pytest.approx(hertz, rel=1e-6)
+
+
 def test_more_slices_change_little():
     cycles = [
         solve_cycle(problem(18.0, slices=count), [TORQUE], POSITIONS)

@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import make_gear
 from slow_tests import first_are_quick
 
 from fegear.elasticity.flank import (
@@ -37,6 +38,7 @@ from fegear.elasticity.twisted_sector import TwistedSector
 from fegear.elasticity.wide_flank import (
     SHORT_END_LAYERS,
     WidthModes,
+    tip_corner_angle,
     wide_flank,
     width_modes,
 )
@@ -44,7 +46,7 @@ from fegear.elasticity.wide_sector import WideSector
 from fegear.elasticity.width_functions import layered_polynomials, polynomial_values
 from meshes import MeshSize, SpurGear
 from meshes.helical import HelicalGear
-from meshes.profile import roll_length_at_arc
+from meshes.profile import flank_points, roll_length_at_arc
 
 MODULE, TEETH, WIDTH = 4e-3, 26, 24e-3
 STEEL = PlaneMaterial(2.1e11, 0.3, "strain")
@@ -229,3 +231,17 @@ def test_reciprocity_over_the_width():
     modes = width_modes(gear(20.0), material, 3, MeshSize().refined(0.25))
     mirrored = modes.normal[::-1].transpose(0, 3, 4, 1, 2)
     assert np.abs(modes.normal - mirrored).max() < 1e-12 * np.abs(modes.normal).max()
+
+
+@pytest.mark.parametrize("teeth", [17, 26, 60])
+def test_the_corner_at_the_tip_is_that_of_the_outline(teeth):
+    """Between the flank and the circle of the tips, on the side of the material."""
+    gear = make_gear(teeth, 10e-3)
+    roll = gear.tip_roll_length * np.array([1.0, 1.0 - 1e-6])
+    tip, inside = np.asarray(flank_points(gear, roll)).reshape(-1, 2)
+    along_flank = inside - tip
+    toward_middle = np.array([-np.sign(tip[0]), 0.0])
+    along_land = toward_middle - tip * (toward_middle @ tip) / (tip @ tip)
+    cosine = along_flank @ along_land
+    cosine /= np.linalg.norm(along_flank) * np.linalg.norm(along_land)
+    assert tip_corner_angle(gear) == pytest.approx(math.acos(cosine), abs=1e-5)
