@@ -72,6 +72,31 @@ shape = "parabolic"
 gear = "driver"
 torques_Nm = [40.0]
 """
+HELICAL = """name = "helical"
+[defaults]
+module_mm = 3.0
+helix_angle_deg = 18.0
+face_width_mm = 20.0
+[[gear]]
+name = "one"
+teeth = 18
+hub_radius_mm = 14.0
+[[gear]]
+name = "two"
+teeth = 25
+hub_radius_mm = 18.0
+[[mesh]]
+driver = "one"
+driven = "two"
+backlash_um = 60.0
+misalignment_um = 10.0
+[mesh.tip_relief]
+magnitude_um = 10.0
+length_pitches = 0.3
+[load]
+gear = "one"
+torques_Nm = [60.0, 120.0]
+"""
 ERRORS = "pitch_errors_um = [" + ", ".join(["3.0", "0.0"] * 15 + ["-2.0"]) + "]"
 CASE = """name = "own-case"
 title = "Own case"
@@ -106,6 +131,7 @@ drag_Nm = -0.05
 MEASURED = "time_s,speed_rpm\n0,3000\n10,2704\n20,2437\n30,2197\n40,1980\n50,1785\n"
 GIVEN = {
     "own.toml": PAIR.format(errors=""),
+    "helical.toml": HELICAL,
     "errors.toml": PAIR.format(errors=ERRORS),
     "own-case.toml": CASE,
     "measured.csv": MEASURED,
