@@ -32,8 +32,8 @@ class WidthLoadCurves:
     """Load over penetration of k tooth pairs at n positions.
 
     teeth : (k,) base pitches by which each pair is ahead
-    gap : (n, k) transmission error that closes each pair [m], OPEN_GAP or infinite
-        where its flanks do not face each other
+    gap : (n, k) transmission error that closes each pair [m], OPEN_GAP where its
+        flanks do not face each other
     load : (n, k, j) along the line of action [N]
     pressure : (n, k, j) largest contact pressure on the path, in plane strain [Pa]
     arc : (n, k, 2) of the load's centre from the tip corners [m]
@@ -53,6 +53,8 @@ def interpolated_curves(
     problem: ContactProblem, width: WidthContact, position: Array, penetration: Array
 ) -> WidthLoadCurves:
     """Load curves at positions (n,), of which every second one is solved."""
+    if position.size < 3:
+        return width_load_curves(problem, width, position, penetration)
     solved_at = np.unique(np.append(position[::2], position[-1]))
     curves = width_load_curves(problem, width, solved_at, penetration)
 
@@ -61,7 +63,7 @@ def interpolated_curves(
 
     return replace(
         curves,
-        gap=between(np.minimum(curves.gap, OPEN_GAP)),
+        gap=between(curves.gap),
         load=between(curves.load),
         pressure=between(curves.pressure),
         arc=between(curves.arc),
@@ -79,7 +81,7 @@ def width_load_curves(
     shape = position.size, teeth.size
     curves = WidthLoadCurves(
         teeth=teeth,
-        gap=np.full(shape, np.inf),
+        gap=np.full(shape, OPEN_GAP),
         load=np.zeros((*shape, penetration.size)),
         pressure=np.zeros((*shape, penetration.size)),
         arc=np.zeros((*shape, 2)),

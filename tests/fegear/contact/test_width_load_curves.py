@@ -12,7 +12,11 @@ import fegear
 from fegear.contact.pair_load_curves import pair_load_curves
 from fegear.contact.pairs import back_side_position
 from fegear.contact.solve import solve_cycle
-from fegear.contact.width.load_curves import interpolated_curves, width_load_curves
+from fegear.contact.width.load_curves import (
+    OPEN_GAP,
+    interpolated_curves,
+    width_load_curves,
+)
 from fegear.gearset import make_gear_set
 from fegear.statics.given_tables import GivenTables
 from fegear.train.lumped_models import lumped_system
@@ -69,7 +73,7 @@ def test_pairs_together_carry_as_in_the_whole_contact(contact, curves):
 
 def test_loads_grow_with_penetration(curves):
     assert (curves.load[..., 0] == 0.0).all()
-    faces = np.isfinite(curves.gap)
+    faces = curves.gap < OPEN_GAP
     assert faces.any()
     assert (np.diff(curves.load[faces], axis=1) > 0.0).all()
     # contacts that spread and stiffen: more than in proportion
@@ -77,6 +81,21 @@ def test_loads_grow_with_penetration(curves):
     secant = curves.load[faces][:, [half, -1]] / PENETRATION[[half, -1]]
     assert (secant[:, 1] > secant[:, 0]).all()
     assert (curves.load[~faces] == 0.0).all()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_loads_of_any_gap_grow_and_pull_nowhere(seed):
+    chance = np.random.default_rng(seed)
+    gap = chance.uniform(0.0, 10.0 ** chance.uniform(-6.0, -3.5), 16)
+    helix = (0.0, 18.0)[seed % 2]
+    pair = problem(helix, lambda z: gap, friction=0.1 * (seed % 3 == 0))
+    depth = chance.uniform(5e-6, 200e-6) * np.linspace(0.0, 1.0, 33) ** 2
+    place = chance.uniform(0.0, 1.0, 3)
+    curves = width_load_curves(pair, pair.solver, place, depth)
+    faces = curves.gap < OPEN_GAP
+    assert (np.diff(curves.load[faces], axis=1) > 0.0).all()
+    assert np.isfinite(curves.load).all()
+    assert np.isfinite(curves.pressure).all()
 
 
 def test_what_pairs_yield_is_mutual(curves):
