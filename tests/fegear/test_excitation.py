@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from types import SimpleNamespace
 
 import numpy as np
@@ -12,7 +13,7 @@ from fegear.gearset import load_gear_set
 from fegear.gearset.unmodified import unmodified
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
-from fegear.statics.gap_points import gap_points
+from fegear.statics.gap_points import CURVE_POINTS, gap_points
 from fegear.statics.inputs import statics_inputs
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import mesh_statics
@@ -93,6 +94,11 @@ def test_parabolic_relief_is_a_polygon_of_it():
     for x, gap in points.items():
         straight = np.interp(x, list(linear), list(linear.values()))
         assert gap == pytest.approx(straight**2 / 10e-6, abs=1e-12)
+    # and points are near enough for the straight lines between them
+    middles = [0.5 * (a + b) for a, b in pairwise(points)]
+    on_lines = np.interp(middles, list(points), list(points.values()))
+    straight = np.interp(middles, list(linear), list(linear.values()))
+    assert np.abs(on_lines - straight**2 / 10e-6).max() < 0.26 * 10e-6 / CURVE_POINTS**2
 
 
 def test_unmodified_touches_one_mesh_only():

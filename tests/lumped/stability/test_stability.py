@@ -390,6 +390,27 @@ def test_harmonics_are_those_of_the_meshes():
     assert max(size for s, size in sizes.items() if s not in orders) < 1e-9 * sizes[5]
 
 
+@pytest.mark.parametrize("kind", ["trapezoid", "fourier"])
+def test_pieces_of_time_are_the_stiffness_of_meshes_at_other_rates(kind):
+    """Of a counter-shaft whose second mesh is slower."""
+    source, gears = ExcitationSettings(kind=kind), load_gear_set("liu-countershaft-2")
+    system = lumped_system(gears, 100.0, LumpedModel(number=1, excitation=source))
+    varying = periodic_system(system)
+    times = np.random.default_rng(0).uniform(0.0, varying.length, 40)
+    piece = np.searchsorted(varying.edges, times, "right") - 1
+    computed = varying.at(times - varying.edges[piece], piece)
+    expected = np.zeros_like(computed)
+    v = system.arrays.shapes
+    for m, excitation in enumerate(system.excitations):
+        mesh, rate = system.train.meshes[m], float(system.train.mesh_rates[m])
+        x = (mesh.phase + rate * times) % 1.0
+        k = sum(pair.stiffness(x) for pair in excitation.pairs)
+        expected += np.einsum("t,i,j->tij", k, v[m], v[m])
+    apart, by_hand = computed - computed[0], expected - expected[0]
+    assert np.ptp(by_hand) > 0.0
+    assert np.abs(apart - by_hand).max() < 1e-9 * np.abs(by_hand).max()
+
+
 def test_the_recursion_of_the_source_and_the_series_are_one():
     """Figure 5.4: round-off at 20 terms and a step of 0.5, a = b = -1."""
     a, b, h = -1.0, -1.0, 0.5
