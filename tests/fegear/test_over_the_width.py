@@ -100,10 +100,10 @@ def test_models_take_the_table(number):
 @pytest.mark.slow
 def test_wide_teeth_are_warned_of(solved):
     assert not [line for line in table_warnings(solved) if "W57" in line]
-    face = solved.problem.face
-    kernel = replace(face.driver.kernel, width=60e-3)
-    wide = replace(face, driver=replace(face.driver, kernel=kernel))
-    result = replace(solved, problem=replace(solved.problem, face=wide))
+    width = solved.problem.solver
+    kernel = replace(width.driver.kernel, width=60e-3)
+    wide = replace(width, driver=replace(width.driver, kernel=kernel))
+    result = replace(solved, problem=replace(solved.problem, solver=wide))
     (line,) = [line for line in table_warnings(result) if "W57" in line]
     assert "face width of 19 modules; above 16" in line
 
