@@ -18,6 +18,7 @@ from fegear.contact.pairs import (
     PairTeeth,
     back_side_position,
     candidate_pairs,
+    with_back_flanks,
 )
 from fegear.contact.plane.constants import Conditions, kernel_inputs
 from fegear.contact.plane.runs import missing_pairs
@@ -124,10 +125,10 @@ def _solve_load_curves(request: _Request) -> PairLoadCurves:
     problem, position = request.problem, np.frombuffer(request.position).copy()
     max_penetration, back = request.max_penetration, request.back
     side_position = back_side_position(problem.pair, position) if back else position
-    if isinstance(problem.solver, WidthContact):
-        width = problem.solver.mirrored if back else problem.solver
+    side = with_back_flanks(problem) if back else problem
+    if isinstance(side.solver, WidthContact):
         reach = max_penetration, back
-        return _solve_over_width(problem, width, side_position, reach)
+        return _solve_over_width(side, side.solver, side_position, reach)
     candidate_teeth = candidate_pairs(problem.pair, side_position)
     unloaded_flanks = _solve_unloaded_flanks(problem, candidate_teeth, side_position)
     penetration = max_penetration * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2

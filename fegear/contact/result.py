@@ -1,8 +1,8 @@
 """The solution of a contact problem over a mesh cycle, with loads over the face width.
 
-Every field says once over which axes its values are, what a pair without contact has,
-and how it is seen from the drive side where back flanks are in contact: cycles are made
-empty, joined and mirrored by that.
+Every array says once which axes it has and what a pair without contact has in it; those
+of a cycle also say how back flanks are seen from the drive side. Cycles are made empty,
+joined and mirrored by that.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def largest_of_bands(values: Array) -> Array:
 
 @dataclass(frozen=True)
 class Over:
-    """What a field is over, and how it changes.
+    """Axes of a field, its value without contact, and its change on back flanks.
 
     axes : letters of torques (t), positions (n), pairs (k), slices (m) and both gears
         or ends (g), and of positions at which slopes were asked for (s)

@@ -39,19 +39,19 @@ def solve_cycle(
         raise ValueError(f"positions = {position.tolist()}; must be finite")
     if (torque > 0.0).all():
         places = MeshPositions(position, pitch)
-        return _solve_drive_flanks(problem, torque, places, with_slopes)
+        return _solve_flanks(problem, torque, places, with_slopes)
     if (torque < 0.0).all():
         places = MeshPositions(
             back_side_position(problem.pair, position), -pitch, back=True
         )
         of_back = with_back_flanks(problem)
-        mirrored = _solve_drive_flanks(of_back, -torque, places, with_slopes)
+        mirrored = _solve_flanks(of_back, -torque, places, with_slopes)
         backlash = problem.pair.backlash
         return mirrored.of_back_flanks(torque, position + pitch, backlash)
     raise ValueError(f"torques = {torque.tolist()}; must have one sign")
 
 
-def _solve_drive_flanks(
+def _solve_flanks(
     problem: ContactProblem, torque: Array, places: MeshPositions, with_slopes: bool
 ) -> ContactCycle:
     """Solve at positive torques (t,), across the flanks or along the width."""
@@ -68,7 +68,7 @@ def _solve_drive_flanks(
 def coupling_of_pairs(
     problem: ContactProblem, cycle: ContactCycle, pairs: Indices
 ) -> Array:
-    """What some pairs (k,) yield under the loads of others (t, n, k, k) [m/N].
+    """Deflection (t, n, k, k) of some pairs (k,) per load on each other one [m/N].
 
     Per force in the section, and along the line of action; zero on the diagonal. Loads
     that vary over the width bring it with them, others have it from their centres.

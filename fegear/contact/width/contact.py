@@ -35,6 +35,8 @@ class WidthContact(ShortRepr):
         twist = (
             self.driver.kernel.base_helix_angle + self.driven.kernel.base_helix_angle
         )
+        if self.slices < 2:  # one slice is that of uniform loads
+            raise ValueError(f"slices = {self.slices}; must be at least 2")
         if abs(twist) > 1e-9:
             raise ValueError("helix angles on the base circles must be opposite")
         for flank, offset in zip(self.flanks, self.offsets, strict=True):
@@ -66,8 +68,6 @@ class WidthContact(ShortRepr):
 
         Linear between the middles of slices, and beyond the outer ones.
         """
-        if self.slices < 2:
-            return np.full(place.shape, self.gap[0])
         step = self.width / self.slices
         first = np.clip(np.floor((place - self.places[0]) / step), 0, self.slices - 2)
         index = first.astype(np.int64)

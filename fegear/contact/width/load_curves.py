@@ -14,10 +14,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
-from fegear.contact.pairs import candidate_pairs
 from fegear.contact.problem import ContactProblem
 from fegear.contact.width.contact import WidthContact
-from fegear.contact.width.solve import FaceSolver, LinesOfContact, Slices
+from fegear.contact.width.solve import (
+    FaceSolver,
+    LinesOfContact,
+    Slices,
+    pairs_over_width,
+)
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
 
@@ -52,7 +56,7 @@ class WidthLoadCurves:
 def interpolated_curves(
     problem: ContactProblem, width: WidthContact, position: Array, penetration: Array
 ) -> WidthLoadCurves:
-    """Load curves at positions (n,), of which every second one is solved."""
+    """Load curves at positions (n,). Every second is solved, others lie between."""
     if position.size < 3:
         return width_load_curves(problem, width, position, penetration)
     solved_at = np.unique(np.append(position[::2], position[-1]))
@@ -75,9 +79,7 @@ def width_load_curves(
     problem: ContactProblem, width: WidthContact, position: Array, penetration: Array
 ) -> WidthLoadCurves:
     """Solve each pair alone at positions (n,) and penetrations (j,) from 0 on [m]."""
-    half = 0.5 * problem.pair.overlap_ratio(width.width)
-    reached = np.array([position.min() - half, position.max() + half])
-    teeth = candidate_pairs(problem.pair, reached)
+    teeth = pairs_over_width(problem, width, position)
     shape = position.size, teeth.size
     curves = WidthLoadCurves(
         teeth=teeth,

@@ -403,9 +403,7 @@ def solve_over_width(
 ) -> ContactCycle:
     """Contact at positive torques (t,) [N m] and positions (n,) of a cycle."""
     positions = places.position
-    half = 0.5 * problem.pair.overlap_ratio(face.width)
-    reached = np.array([positions.min() - half, positions.max() + half])
-    teeth = candidate_pairs(problem.pair, reached)
+    teeth = pairs_over_width(problem, face, positions)
     gaps = pair_gaps(problem, teeth - places.pitch[:, None], places.back)
     solver = FaceSolver(problem, face)
     cycle = _empty_cycle(solver, torques, places, teeth)
@@ -433,6 +431,15 @@ def solve_over_width(
             start = np.maximum(solved.load, 0.0)
             _store(cycle, (int(t), n), slices, solved, no_load)
     return cycle
+
+
+def pairs_over_width(
+    problem: ContactProblem, face: WidthContact, positions: Array
+) -> Indices:
+    """Pairs that may touch somewhere over the width at some of the positions."""
+    half = 0.5 * problem.pair.overlap_ratio(face.width)
+    reached = np.array([positions.min() - half, positions.max() + half])
+    return candidate_pairs(problem.pair, reached)
 
 
 def _empty_cycle(

@@ -175,6 +175,11 @@ def test_loads_of_one_tooth_along_the_path():
     assert mean == pytest.approx(face.per_width[0].mean(axis=0), rel=1e-2)
 
 
+def test_one_slice_is_refused():
+    with pytest.raises(ValueError, match="slices = 1; must be at least 2"):
+        problem(slices=1)
+
+
 def test_widths_must_fit():
     with pytest.raises(ValueError, match="must be within"):
         problem(width=1.1 * WIDTH)

@@ -1,4 +1,4 @@
-"""What all solvers of a contact problem have in common, in patches or over the width.
+"""One contract of both kinds of contact: in patches, and in slices of the width.
 
 One gear pair, solved across the flanks and along the width of spur and helical teeth.
 """
