@@ -21,11 +21,9 @@ from fegear.train.model_settings import (
     BendingRatio,
     LumpedModel,
     contact_source_of,
-    has_rolling_bearings,
     resolve_model,
 )
 from fegear.train.requirements import BENDING_NEEDED, require_model
-from lumped.steady.integration_settings import Settings
 from lumped.steady.losses import nominal_efficiency
 from lumped.train.at_rest import RestReference, remove_pitch_errors
 from lumped.train.bodies import TrainError
@@ -228,15 +226,3 @@ def require_physical(gear_set: GearSet, torque: float, system: LumpedSystem) -> 
         gear_set.meshes, load_text, rest_deflections, 0.0 * rest_deflections
     ):
         raise InputError(f"{gear_set.name}: {warning}")
-
-
-def require_method(model: LumpedModel, settings: Settings, gear_set: GearSet) -> None:
-    """Adaptive steps end where springs open, of springs and teeth alone."""
-    if settings.method == "rk4":
-        return
-    if model.number == "coupled":
-        raise InputError(
-            f"method = {settings.method}; the coupled model takes rk4 only"
-        )
-    if has_rolling_bearings(model, gear_set):
-        raise InputError(f"method = {settings.method}; rolling bearings take rk4 only")

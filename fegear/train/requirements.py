@@ -18,6 +18,8 @@ from fegear.train.model_settings import (
     contact_source_of,
     has_rolling_bearings,
 )
+from lumped.steady import steppers
+from lumped.steady.integration_settings import Method
 
 BENDING_NEEDED = (
     "bending is missing; the friction-bending ratio comes from mesh tables "
@@ -44,6 +46,25 @@ def require_model(
         needs_tables = model.friction and not isinstance(model.bending, float | int)
         if needs_tables and source.settings.kind != "fe":
             raise InputError(BENDING_NEEDED)
+
+
+def require_method(
+    method: Method, model: LumpedModel, gear_set: GearSet, ramp: bool = False
+) -> None:
+    """Raise InputError where a method does not integrate the motion of a model.
+
+    model : with a number that is not auto; ramp : whether the speed changes
+    """
+    needed = {
+        steppers.CONTACTS: model.number == "coupled",
+        steppers.FRICTION: model.friction > 0.0,
+        steppers.ROLLING: has_rolling_bearings(model, gear_set),
+        steppers.RAMP: ramp,
+    }
+    try:
+        steppers.require_method(method, [kind for kind in needed if needed[kind]])
+    except ValueError as error:
+        raise InputError(str(error)) from None
 
 
 def _require_coupled(

@@ -20,7 +20,7 @@ from lumped.branches.shooting import ADAPTIVE
 from lumped.common.array_types import Array, Complex
 from lumped.continuation.arc_length import NoSolution
 from lumped.steady.steady_state import Diverged, Speed
-from lumped.steady.steppers import AdaptiveStepper
+from lumped.steady.steppers import stepper_of
 
 Test = Callable[[Complex], float]
 # Steps of a period of the fastest mesh, between which a motion is interpolated
@@ -59,7 +59,7 @@ class Shooting:
     def change(self, z: Array) -> Array:
         """Change of the scaled state over a period (2 n,); raises NoSolution."""
         balance, frequency = self.motions.at(self.value(z))
-        stepper, state = AdaptiveStepper(balance.system), self.state(z)
+        stepper, state = stepper_of(balance.system, ADAPTIVE), self.state(z)
         try:
             end, _ = stepper.record(state, Speed(frequency, ADAPTIVE), balance.multiple)
         except Diverged as error:
@@ -163,7 +163,7 @@ def integrated_unknowns(
     from scipy.interpolate import CubicHermiteSpline
 
     settings = replace(ADAPTIVE, steps=STEPS_PER_PERIOD)
-    stepper, speed = AdaptiveStepper(balance.system), Speed(frequency, settings)
+    stepper, speed = stepper_of(balance.system, settings), Speed(frequency, settings)
     _, history = stepper.record(state, speed, balance.multiple)
     spline = CubicHermiteSpline(history.time, history.deflection, history.rate)
     count = 8 * balance.series.rows

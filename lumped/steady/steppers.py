@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
 from lumped.kernels.arrays import FrictionSamples, VariedSteps
-from lumped.steady.integration_settings import Settings
+from lumped.steady.integration_settings import Method, Settings
 from lumped.steady.newton_shooting import integrate_or_shoot
 from lumped.steady.response import History
 from lumped.steady.steady_state import (
@@ -32,6 +33,9 @@ if TYPE_CHECKING:
 # Fixed steps between calls of the callback, or a common period if more
 STEPS_PER_CALLBACK = 100_000
 CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
+# Kinds of motion besides that of teeth as springs on linear bearings at one speed
+CONTACTS, FRICTION = "the coupled model", "teeth with friction"
+ROLLING, RAMP = "rolling bearings", "a ramp of the speed"
 BEARING_VALUES = 4  # recorded of each rolling bearing: displacement and force
 MAX_STEPS_PER_PERIOD = 512  # fixed; beyond it results do not depend on their number
 # Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
@@ -53,8 +57,10 @@ class LumpedStepper:
     """Common base of steppers with fixed and adaptive steps; a state (2, n) is modal.
 
     Both integrate in compiled loops over the periods, see `lumped.kernels`.
+    `takes` are the kinds of motion that are integrated besides that of springs.
     """
 
+    takes: ClassVar[frozenset[str]] = frozenset()
     system: LumpedSystem
 
     def start(self) -> Array:
@@ -92,6 +98,8 @@ class LumpedStepper:
 class FixedStepper(LumpedStepper):
     """Stepper with equal steps of fourth order: classical Runge-Kutta for springs;
     for the coupled model, steps that are exact except for the contact forces."""
+
+    takes = frozenset({CONTACTS, FRICTION, ROLLING, RAMP})
 
     def kernel_arguments(self, speed: Speed) -> tuple[Any, Any]:
         """Arguments of the kernels: system arrays and the steps of a common period."""
@@ -370,19 +378,37 @@ class AdaptiveStepper(LumpedStepper):
         return None
 
 
+STEPPERS: dict[Method, type[FixedStepper | AdaptiveStepper]] = {
+    "rk4": FixedStepper,
+    "dopri5": AdaptiveStepper,
+}
+
+
 def stepper_of(
     system: LumpedSystem, settings: Settings
 ) -> FixedStepper | AdaptiveStepper:
-    """Stepper for the method of the settings."""
-    if settings.method == "rk4":
-        return FixedStepper(system)
+    """Stepper for the method of the settings; raises ValueError as `require_method`."""
+    require_method(settings.method, _kinds(system))
+    return STEPPERS[settings.method](system)
+
+
+def require_method(method: Method, kinds: Iterable[str]) -> None:
+    """Raise ValueError where the stepper of a method does not take one of the kinds."""
+    for kind in kinds:
+        if kind not in STEPPERS[method].takes:
+            able = [name for name, one in STEPPERS.items() if kind in one.takes]
+            raise ValueError(
+                f"method = {method}; must be {' or '.join(able)} for {kind}"
+            )
+
+
+def _kinds(system: LumpedSystem) -> Iterator[str]:
     if system.contacts is not None:
-        raise ValueError("method = dopri5; must be rk4 for the coupled model")
+        yield CONTACTS
     if system.has_friction:
-        raise ValueError("method = dopri5; must be rk4 for teeth with friction")
+        yield FRICTION
     if system.rolling is not None:
-        raise ValueError("method = dopri5; must be rk4 for rolling bearings")
-    return AdaptiveStepper(system)
+        yield ROLLING
 
 
 def warm_up(stepper: Stepper, frequency: float, settings: Any) -> None:

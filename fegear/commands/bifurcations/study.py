@@ -39,7 +39,6 @@ from fegear.studies.trains.speeds import (
     rpm_setting,
     with_frequencies,
 )
-from fegear.train.lumped_models import require_method
 from fegear.train.model_settings import LumpedModel
 from lumped.attractors.attractor_sweeps import (
     AttractorBranch,
@@ -198,7 +197,6 @@ class BifurcationsProblem(ParametricProblem):
     def tasks(self) -> Iterator[Task]:
         study, values = self.study, self.study.over.values
         self._require_storable_size()
-        require_method(self.model, study.integration, self.gears)
         for value in (min(values), max(values)):
             self.system_at(value)  # so that limits that cannot be are named at once
         for direction in study.directions:

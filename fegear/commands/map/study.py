@@ -41,7 +41,6 @@ from fegear.studies.trains.speeds import (
     speeds_setting,
     with_frequencies,
 )
-from fegear.train.lumped_models import require_method
 from fegear.train.model_settings import LumpedModel
 from lumped.attractors.attractor_sweeps import sweep_attractors
 from lumped.attractors.attractors import Attractor, find_attractor
@@ -153,7 +152,6 @@ class MapProblem(ParametricProblem):
         yield Task("points", self._compute_map)
 
     def _compute_map(self, job: Job) -> MapResult:
-        require_method(self.model, self.study.integration, self.gears)
         compute = partial(job.compute, "points")
         evaluate = self._evaluation(job.stop_event)
         empty = ParameterMap(

@@ -40,7 +40,7 @@ from fegear.studies.trains.train_problem import (
     bodies_described,
 )
 from fegear.studies.trains.train_study import TrainStudy
-from fegear.train.lumped_models import lumped_system, require_method
+from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from fegear.train.resonances import DEFAULT_SPEEDS, default_speeds, natural_frequencies
 from fegear.train.truncation import truncation_error
@@ -104,7 +104,6 @@ class SweepProblem(TrainProblem):
     @cached_property
     def systems(self) -> dict[float, LumpedSystem]:
         """The train by its torque on the input gear [N m]."""
-        require_method(self.model, self.study.integration, self.gears)
         sweep_arguments = self.model, self.model.excitations
         return {
             torque: lumped_system(self.gears, torque, *sweep_arguments)

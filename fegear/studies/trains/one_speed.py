@@ -35,7 +35,7 @@ from fegear.studies.trains.train_problem import (
     bodies_described,
 )
 from fegear.studies.trains.train_study import TrainStudy
-from fegear.train.lumped_models import lumped_system, require_method
+from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
 from fegear.train.truncation import truncation_error
 from lumped.common.array_types import Array
@@ -106,7 +106,6 @@ class OneSpeedProblem(TrainProblem):
     @cached_property
     def system(self) -> LumpedSystem:
         """The train at the torque."""
-        require_method(self.model, self.integration, self.gears)
         arguments = self.gears, self.single_torque, self.model
         return lumped_system(*arguments, self.excitations)
 

@@ -21,6 +21,7 @@ from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
 from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequencies
 from fegear.studies.trains.train_problem import MOTION_PERIODS
 from fegear.train.model_settings import LumpedModel
+from fegear.train.requirements import require_method
 from lumped.common.options import Range
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import MIN_PULSES
@@ -183,8 +184,7 @@ class SampledProblem(OneSpeedProblem):
         if problem.model.friction:
             raise study.rejection("friction", "signals are without friction")
         method = study.integration.method
-        if study.is_ramp and method != "rk4":
-            raise InputError(f"method = {method}; a ramp of the speed takes rk4 only")
+        require_method(method, problem.model, problem.gears, study.is_ramp)
         problem = replace(problem, excitations=excitations)
         _ = problem.sampling  # refuses a gear that is not there
         return problem

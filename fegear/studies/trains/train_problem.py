@@ -32,7 +32,7 @@ from fegear.studies.trains.model_texts import left_out_line, static_warnings
 from fegear.studies.trains.models import EXCITATION
 from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel, has_rolling_bearings, resolve_model
-from fegear.train.requirements import require_model
+from fegear.train.requirements import require_method, require_model
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
 from lumped.common.short_repr import ShortRepr
@@ -120,6 +120,7 @@ class TrainProblem(Problem):
         problem = cls(study, gears=gears, model=model, reason=reason)
         for varied in problem.varied_models:
             require_model(gears, varied, varied.excitations)
+            require_method(method, varied, gears)
         return problem
 
     @property

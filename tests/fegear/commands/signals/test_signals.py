@@ -255,7 +255,7 @@ def test_a_ramp_of_a_set_with_bearings_says_what_turns_it():
         ({"speed": (500.0, 500.0)}, "speeds of a ramp must differ"),
         ({"seconds": 0.05}, "pinion turns 0.921 times, 1 turn is needed"),
         ({"pulses": 1, "seconds": 0.2}, "makes 3.68 pulses, 4 or more are needed"),
-        ({"integration": Settings(method="dopri5")}, "takes rk4 only"),
+        ({"integration": Settings(method="dopri5")}, "must be rk4 for a ramp"),
     ],
 )
 def test_a_ramp_that_gives_no_signals_is_refused(settings, message):
