@@ -155,6 +155,7 @@ def rolling_sense(mesh: Mesh, gear: int, sense: int) -> int:
     return sense * (pair.driver if gear == mesh.driver else pair.driven).sign
 
 
+@lru_cache(maxsize=16)
 def rolling_senses(gear_set: GearSet) -> tuple[int, ...]:
     """Sense of rotation of every gear, opposite for an internal gear."""
     return tuple(

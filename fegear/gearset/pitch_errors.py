@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -81,6 +82,7 @@ def require_room(gear_set: GearSet) -> None:
             )
 
 
+@lru_cache(maxsize=16)
 def pair_periods(gear_set: GearSet) -> tuple[int, ...]:
     """Base pitches of each mesh after which its tooth pairs repeat."""
     return tuple(
