@@ -55,7 +55,9 @@ def problem(helix_angle_deg=0.0, gap=None, slices=16, width=WIDTH, **changes):
     ]
     wide = wide_flanks(helix_angle_deg)
     gap = np.zeros(slices) if gap is None else gap(slice_places(width, slices))
-    face = WidthContact(driver=wide[0], driven=wide[1], width=width, gap=gap)
+    face = WidthContact(
+        driver=wide[0], driven=wide[1], width=width, gap=gap, back_gap=gap
+    )
     return ContactProblem(
         pair=GearPair(*pair, distance),
         driver=flanks[0],

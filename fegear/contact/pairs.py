@@ -73,13 +73,12 @@ def back_side_position(pair: GearPair, position: ArrayLike) -> Array:
 
 
 def with_back_flanks(problem: ContactProblem) -> ContactProblem:
-    """The problem with the faults and the helix that back flanks have."""
+    """The problem with the faults, the helix and the gap that back flanks have."""
     driver, driven = (
         flank
         if flank.faults is None
         else replace(flank, faults=flank.faults.on_back_flanks)
         for flank in problem.flanks
     )
-    return replace(
-        problem, driver=driver, driven=driven, solver=problem.solver.mirrored
-    )
+    solver = problem.solver.of_back_flanks
+    return replace(problem, driver=driver, driven=driven, solver=solver)

@@ -17,6 +17,7 @@ from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.contact_problem import contact_problem
 from fegear.statics.excitation import Excitations
 from fegear.statics.settings import StaticsSettings
+from lumped.train.excitation_tables import column_at_torque
 from lumped.train.table import MeshTable
 
 POSITIONS_PER_CYCLE = 128  # of a mesh cycle at which pair laws are solved
@@ -56,9 +57,24 @@ def all_mesh_load_curves(
 ) -> list[MeshLoadCurves]:
     """Laws of every mesh, by its table of equal teeth at the torque."""
     return [
-        mesh_load_curves(gear_set, mesh, float(table["ste_m"].max()), settings)
+        mesh_load_curves(
+            gear_set, mesh, largest_deflection(table, table.torque_Nm[0]), settings
+        )
         for mesh, table in enumerate(tables)
     ]
+
+
+def largest_deflection(table: MeshTable, torque: float) -> float:
+    """Largest transmission error over a mesh cycle from the least without load [m].
+
+    Gaps that all pairs have in common turn the gears and press nothing.
+
+    torque : on the driver [N m]
+    """
+    largest = column_at_torque(table, "ste_m", torque).max()
+    if "nlte_m" in table.columns:
+        largest -= column_at_torque(table, "nlte_m", torque).min()
+    return float(largest)
 
 
 def mesh_load_curves(

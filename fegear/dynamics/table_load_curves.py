@@ -10,7 +10,11 @@ from scipy.interpolate import PchipInterpolator
 
 from fegear.contact.pair_load_curves import PAIR_RANGE_FACTOR, PairLoadCurves
 from fegear.contact.pairs import back_side_position
-from fegear.dynamics.mesh_load_curves import POSITIONS_PER_CYCLE, has_back_side
+from fegear.dynamics.mesh_load_curves import (
+    POSITIONS_PER_CYCLE,
+    has_back_side,
+    largest_deflection,
+)
 from fegear.dynamics.sides import MeshLoadCurves
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
@@ -18,7 +22,6 @@ from fegear.gearset.phases import mesh_phases
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.given_tables import GivenTables
 from lumped.common.array_types import Array
-from lumped.train.excitation_tables import column_at_torque
 from lumped.train.path_load_curves import OPEN_GAP, PathLoadCurves, path_load_curves
 from meshes import GearPair
 
@@ -49,11 +52,9 @@ def all_table_load_curves(
             path = path_load_curves(
                 table, gear_set.meshes[mesh].pair.driver_arm, left_out_effects
             )
-            largest_deflection = float(
-                column_at_torque(table, "ste_m", torques[mesh]).max()
-            )
+            deflection = largest_deflection(table, torques[mesh])
             load_curves.append(
-                table_load_curves(gear_set, mesh, path, largest_deflection, positions)
+                table_load_curves(gear_set, mesh, path, deflection, positions)
             )
         except ValueError as error:
             raise InputError(f"{name}: {error}") from None

@@ -38,8 +38,10 @@ from fegear.elasticity.wide_flank import (
     WideFlank,
     WidthModes,
     wide_flank,
+    width_and_root_modes,
     width_modes,
 )
+from fegear.elasticity.wide_root import RootModes, WideRoot
 from fegear.elasticity.width import (
     MESH_REFINEMENT,
     WidthCorrection,
@@ -198,19 +200,71 @@ def cached_wide_flank(
     gear: SpurGear, material: PlaneMaterial, size: MeshSize
 ) -> WideFlank:
     """`wide_flank` of a gear of the material's width, its finite elements from disk."""
-    if isinstance(gear, HelicalGear) and gear.helix_angle < 0.0:
-        right_handed = replace(gear, helix_angle=-gear.helix_angle)
+    right_handed = _right_handed(gear)
+    if right_handed is not gear:
         return cached_wide_flank(right_handed, material, size).mirrored
-    width = require_present(material.width, "width")
-    modes = cached_body(
-        "modes_over_width",
-        cyclic_sector(gear, material, MESH),
-        {"width": width, "degree": DEGREE, "layers": SHORT_END_LAYERS},
-        lambda: width_modes(gear, material),
-        WidthModes,
-    )
+    modes = _cached_width_modes(gear, material, lambda: width_modes(gear, material))
     section = cached_flank_compliance(gear, material.section, size)
-    return wide_flank(gear, section, modes, width)
+    return wide_flank(gear, section, modes, _width_of(material))
+
+
+def cached_wide_root(
+    gear: SpurGear, material: PlaneMaterial, size: MeshSize
+) -> WideRoot:
+    """Root stress over the material's width, its finite elements from disk.
+
+    Those of `cached_wide_flank` are solved with them where neither is on disk.
+    """
+    right_handed = _right_handed(gear)
+    if right_handed is not gear:
+        return cached_wide_root(right_handed, material, size).mirrored
+    modes = cached_root_modes(gear, material)
+    section = cached_root_influence(gear, material.section, size)
+    return WideRoot(section, modes, _width_of(material))
+
+
+def cached_root_modes(gear: SpurGear, material: PlaneMaterial) -> RootModes:
+    """`width_and_root_modes` of a right-handed gear, both kept on disk."""
+
+    def compute() -> RootModes:
+        modes, root = width_and_root_modes(gear, material)
+        _cached_width_modes(gear, material, lambda: modes)
+        return root
+
+    return _cached_modes("root_over_width", gear, material, compute, RootModes)
+
+
+def _cached_width_modes(
+    gear: SpurGear, material: PlaneMaterial, compute: Callable[[], WidthModes]
+) -> WidthModes:
+    return _cached_modes("modes_over_width", gear, material, compute, WidthModes)
+
+
+def _cached_modes(
+    name: str,
+    gear: SpurGear,
+    material: PlaneMaterial,
+    compute: Callable[[], Body],
+    kind: Callable[..., Body],
+) -> Body:
+    inputs = {
+        "width": _width_of(material),
+        "degree": DEGREE,
+        "layers": SHORT_END_LAYERS,
+    }
+    sector = cyclic_sector(gear, material, MESH)
+    return cached_body(name, sector, inputs, compute, kind)
+
+
+def _width_of(material: PlaneMaterial) -> float:
+    return require_present(material.width, "width")
+
+
+def _right_handed(gear: SpurGear) -> SpurGear:
+    """The gear, or one with the helix in the other direction if it is left-handed."""
+    if isinstance(gear, HelicalGear) and gear.helix_angle < 0.0:
+        return replace(gear, helix_angle=-gear.helix_angle)
+    return gear
 
 
 def cached_rootward_compliance(origin: FlankOrigin) -> NDArray[np.float64]:

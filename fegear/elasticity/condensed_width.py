@@ -10,7 +10,10 @@ h = L_B w_B. With T = [1; phase] of a nodal diameter
 
     W^T u = w_I^T D_I^-1 f_I + h^T T (T^H S T)^-1 T^H g,
 
-a dense system of some hundreds of unknowns for each.
+a dense system of some hundreds of unknowns for each. Nodes whose displacement is asked
+for are eliminated late, so that the last rows of the factors alone have it:
+
+    L_I^T u_I = D_I^-1 f_I - L_B^T u_B,   u_B = T (T^H S T)^-1 T^H g.
 """
 
 from __future__ import annotations
@@ -20,7 +23,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csc_array, csr_array, diags_array, hstack
+from scipy.sparse import block_diag, csc_array, csr_array, diags_array, hstack
 
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET
 from fegear.elasticity.ring import nodal_diameter_phase
@@ -30,6 +33,8 @@ from fegear.files.timing import stage
 from lumped.common.array_types import Array, Complex, Indices
 from lumped.common.workers import require_running
 
+TEETH = 2 * MAX_TOOTH_OFFSET + 1
+NO_NODES: Indices = np.empty((0, 2), np.int64)
 MAX_STEP = 0.15  # between nodal diameters n that are solved, in ln(1 + n)
 
 
@@ -68,15 +73,21 @@ class Condensed:
     forces : (2 m, q) that held cuts take of the loads
     measured : (2, 2 m, q) the same of forces as the measures are
     held : (2, q, q) measures under loads with held cuts
+    moved : (p, 2 m + q) displacement of chosen freedoms by that of the cuts, and under
+        loads with held cuts
     """
 
     schur: Array
     forces: Array
     measured: Array
     held: Array
+    moved: Array
 
-    def at_phase(self, phase: complex) -> Complex:
-        """Measures (2, q, q); the right cut moves `phase` times as much as the left."""
+    def at_phase(self, phase: complex) -> tuple[Complex, Complex]:
+        """Measures (2, q, q) and displacement of the cuts (2 m, q).
+
+        The right cut moves `phase` times as much as the left.
+        """
         from scipy.linalg import lu_factor, lu_solve
 
         half = len(self.schur) // 2
@@ -92,19 +103,48 @@ class Condensed:
         # functions that are nearly alike leave it positive up to round-off alone
         displacement = lu_solve(lu_factor(stiffness), load)
         back = np.conj(np.swapaxes(measured, 1, 2)) @ displacement
-        return np.asarray(self.held + back, complex)
+        cuts = np.vstack([displacement, phase * displacement])
+        return np.asarray(self.held + back, complex), cuts
+
+    def of_teeth(self, cuts: Array) -> Array:
+        """Displacement (teeth, p, q) of the chosen freedoms of teeth around the loaded.
+
+        cuts : (teeth, 2 m, q) displacement of their cuts
+        """
+        by_cuts, of_loads = np.split(self.moved, [len(self.schur)], axis=1)
+        displacement = by_cuts @ cuts
+        displacement[MAX_TOOTH_OFFSET] += of_loads
+        return np.asarray(displacement)
 
 
-def flank_tables(
-    wide: WideSector, diameters: NDArray[np.int64] | None = None
-) -> tuple[Array, Array]:
-    """Displacement of flank points over the width (teeth, n, k, n, l) [m3/N].
+@dataclass(frozen=True, eq=False)
+class WidthTables:
+    """Displacement of teeth around a loaded one.
 
-    Integral of the load function k times displacement along the inward normal, and
-    toward the root, under forces along the inward normal on one tooth, whose density
-    over the width is the load function l.
+    Forces are along the inward normal, and their density over the width is the load
+    function l.
+
+    normal, rootward : (teeth, n, k, n, l) integral of the load function k times
+        displacement of flank points along the inward normal, and toward the root
+        [m3/N]
+    nodes : (teeth, p, 3, f, n, l) displacement of chosen nodes, in the section and
+        along the axis, in functions f of the width [m2/N]
+    """
+
+    normal: Array
+    rootward: Array
+    nodes: Array
+
+
+def width_tables(
+    wide: WideSector,
+    diameters: NDArray[np.int64] | None = None,
+    nodes: Indices = NO_NODES,
+) -> WidthTables:
+    """Solve a sector for all nodal diameters of its gear.
 
     diameters : nodal ones that are solved, by default `spaced_diameters`
+    nodes : (p, 2) that are chosen, as their freedoms in the plane sector
     """
     sector, teeth = wide.sector, wide.sector.gear.teeth
     if diameters is None:
@@ -112,6 +152,8 @@ def flank_tables(
     points, count = len(sector.flanks[RIGHT].arcs), len(wide.loads)
     shape = points, count, points, count
     spectrum = np.zeros((len(diameters), 2, *shape), complex)
+    functions = wide.functions.values.shape[1]
+    displaced = np.zeros((TEETH, len(nodes), 3, functions, points, count))
     cuts = (
         FreeCuts.of(sector.cyclic_constraint, len(sector.cut) // 2),
         FreeCuts.of(wide.twisted.axial_constraint, len(sector.cut) // 4),
@@ -121,13 +163,44 @@ def flank_tables(
         columns = [wide.loads.index(load) for load in group]
         at = np.ix_(range(2), range(points), columns, range(points), columns)
         with stage("width"):
-            condensed = condense(wide, cuts, group, modes)
+            condensed = condense(wide, cuts, group, modes, nodes)
+            cut_spectrum = []
             for i, diameter in enumerate(diameters):
-                tables = condensed.at_phase(nodal_diameter_phase(int(diameter), teeth))
+                phase = nodal_diameter_phase(int(diameter), teeth)
+                tables, of_cuts = condensed.at_phase(phase)
                 by_load = tables.reshape(2, len(group), points, len(group), points)
                 spectrum[i][at] = by_load.transpose(0, 2, 1, 4, 3)
-    normal = ring_tables(spectrum[:, 0], diameters, teeth)
-    return normal, ring_tables(spectrum[:, 1], diameters, teeth)
+                cut_spectrum.append(of_cuts)
+            if len(nodes):
+                of_teeth = condensed.of_teeth(
+                    ring_tables(cut_spectrum, diameters, teeth)
+                )
+                _place_nodes(displaced, of_teeth, modes, columns)
+    return WidthTables(
+        normal=ring_tables(spectrum[:, 0], diameters, teeth),
+        rootward=ring_tables(spectrum[:, 1], diameters, teeth),
+        nodes=displaced,
+    )
+
+
+def _place_nodes(
+    displaced: Array, of_teeth: Array, modes: Modes, columns: list[int]
+) -> None:
+    """Put displacement of chosen freedoms, mode by mode, to its places among all.
+
+    displaced : as `WidthTables.nodes`; columns : load functions of the group
+    """
+    teeth, nodes, _, _, points, _ = displaced.shape
+    begin = 0
+    for a, k in modes:
+        components = [2] if a else [0, 1]
+        rows = slice(begin, begin := begin + nodes * len(components))
+        by_load = of_teeth[:, rows].reshape(
+            teeth, nodes, len(components), len(columns), points
+        )
+        for i, component in enumerate(components):
+            values = by_load[:, :, i].transpose(0, 1, 3, 2)
+            displaced[:, :, component, k, :, columns] = np.moveaxis(values, -1, 0)
 
 
 def condense(
@@ -135,10 +208,12 @@ def condense(
     cuts: tuple[FreeCuts, FreeCuts],
     group: tuple[int, ...],
     modes: Modes,
+    nodes: Indices = NO_NODES,
 ) -> Condensed:
     """The sector on its cuts, under the loads of a group that move some modes.
 
     cuts : freedoms in the section and along the axis
+    nodes : (p, 2) whose displacement is wanted, as freedoms of the plane sector
     """
     from scipy.linalg import solve_triangular
     from scipy.sparse.linalg import splu
@@ -147,7 +222,7 @@ def condense(
         (order, a, b): csr_array(cuts[a].matrix.T @ matrix @ cuts[b].matrix)
         for (order, a, b), matrix in wide.blocks.items()
     }
-    order, (interface, loaded) = _ordering(wide, cuts, modes)
+    order, (interface, loaded, last) = _ordering(wide, cuts, modes, nodes)
     stiffness = csc_array(csr_array(wide.stiffness(blocks, modes))[order][:, order])
     factor = splu(
         stiffness,
@@ -171,12 +246,32 @@ def condense(
     interior, count = reduced[:-interface], loads.shape[1]
     scaled = interior[:, :count] / factor.U.diagonal()[-loaded:-interface, None]
     forces = on_cuts @ reduced[-interface:]
+    moved = np.zeros((0, interface + count))
+    if len(nodes):
+        # by the cuts alone, and under loads with held cuts
+        effects = np.zeros((last - interface, interface + count))
+        effects[:, :interface] = -lower[-interface:, -last:-interface].toarray().T
+        effects[interface - loaded :, interface:] = scaled
+        kept = lower[-last:-interface, -last:-interface].toarray()
+        of_interior = solve_triangular(kept.T, effects, unit_diagonal=True)
+        of_all = np.vstack([of_interior, np.eye(interface, interface + count)])
+        moved = _rows_of(wide, cuts, modes, nodes)[:, order[-last:]] @ of_all
     return Condensed(
         schur=0.5 * (schur + schur.T),
         forces=forces[:, :count],
         measured=np.stack([forces[:, :count], forces[:, count:]]),
         held=np.stack([interior[:, :count].T @ scaled, interior[:, count:].T @ scaled]),
+        moved=moved,
     )
+
+
+def _rows_of(
+    wide: WideSector, cuts: tuple[FreeCuts, FreeCuts], modes: Modes, nodes: Indices
+) -> csr_array:
+    """Displacement of chosen nodes, mode by mode, from all freedoms of the modes."""
+    freedoms = nodes.ravel(), wide.twisted.node_of[nodes[:, 0]]
+    chosen = [csr_array(cut.matrix)[at] for cut, at in zip(cuts, freedoms, strict=True)]
+    return csr_array(block_diag([chosen[a] for a, _ in modes], format="csr"))
 
 
 def _loads_and_measures(
@@ -201,13 +296,17 @@ def _loads_and_measures(
 
 
 def _ordering(
-    wide: WideSector, cuts: tuple[FreeCuts, FreeCuts], modes: Modes
-) -> tuple[Indices, tuple[int, int]]:
-    """Order of all freedoms for the factors, and how many are on cuts or loaded.
+    wide: WideSector,
+    cuts: tuple[FreeCuts, FreeCuts],
+    modes: Modes,
+    chosen: Indices,
+) -> tuple[Indices, tuple[int, int, int]]:
+    """Order of all freedoms for the factors, and how many are last.
 
-    Cuts are last, behind the nodes of the flank, where loads act. The others are in an
-    order of minimum degree of their nodes: all freedoms of a node follow each other,
-    and the graph of the nodes is small.
+    Those on cuts, with those that are loaded, and with those of chosen nodes. Cuts are
+    last, behind the nodes of the flank, where loads act, and these behind chosen ones.
+    The others are in an order of minimum degree of their nodes: all freedoms of a node
+    follow each other, and the graph of the nodes is small.
     """
     # nodes of the freedoms of either component, in the order of its columns
     in_section, along = (
@@ -223,12 +322,17 @@ def _ordering(
     interior, left, right = (np.concatenate(part) for part in parts)
     nodes = np.concatenate([nodes_of[a] for a, _ in modes])
     on_flank = np.unique(wide.twisted.node_of[wide.sector.flanks[RIGHT].dofs])
-    others = np.setdiff1d(nodes[interior], on_flank)
+    late = np.setdiff1d(wide.twisted.node_of[chosen[:, 0]], on_flank)
+    late = np.concatenate([late, on_flank])
+    others = np.setdiff1d(nodes[interior], late)
     rank = _ranks(wide.blocks[2, 1, 1], others)
-    rank[on_flank] = len(others) + np.arange(len(on_flank))
+    rank[late] = len(others) + np.arange(len(late))
     by_rank = interior[np.argsort(rank[nodes[interior]], kind="stable")]
-    loaded = int(np.isin(nodes[interior], on_flank).sum()) + 2 * len(left)
-    return np.concatenate([by_rank, left, right]), (2 * len(left), loaded)
+    loaded, last = (
+        int(np.isin(nodes[interior], some).sum()) + 2 * len(left)
+        for some in (on_flank, late)
+    )
+    return np.concatenate([by_rank, left, right]), (2 * len(left), loaded, last)
 
 
 def _ranks(graph: csr_array, nodes: Indices) -> Indices:

@@ -136,7 +136,7 @@ class RootInfluence:
         corners = self.remainder[MAX_TOOTH_OFFSET + tooth][index]
         influence = np.einsum("tp,tpdsf->tdsf", weights, corners)
         if tooth == 0:
-            influence = influence + _half_plane(self.gear, inside, self.fillets)
+            influence = influence + half_plane(self.gear, inside, self.fillets)
         return np.einsum("td,tdsf->tsf", forces, influence)
 
 
@@ -146,7 +146,7 @@ def root_influence(sector: CyclicSector) -> RootInfluence:
     The stress along a free boundary follows from its strain along itself, which is more
     accurate there than a stress that is averaged at nodes.
     """
-    fillets = [_fillet(sector, name) for name in ("fillet", "left_fillet")]
+    fillets = fillets_of(sector)
     teeth, angles = range(-MAX_TOOTH_OFFSET, MAX_TOOTH_OFFSET + 1), (0.0, ROOTWARD)
     loads = join_loads([flamant_loads(sector, angle) for angle in angles])
     dofs = np.stack([fillet.dofs for fillet in fillets])
@@ -167,21 +167,39 @@ def root_influence(sector: CyclicSector) -> RootInfluence:
     return RootInfluence(sector.gear, points, arcs, grading, np.stack(remainder))
 
 
-class _Fillet(NamedTuple):
+class Fillet(NamedTuple):
     """Gauss points of the edges (e,) of a fillet, two (q,) on each, f in all.
 
-    points, normals : (f, 2) [m], and outward
+    points, tangents : (f, 2) [m], and along the edges
     dofs : (e, 3, 2) of the nodes of each edge
-    strain : (e, q, 3, 2) from their displacement to the strain along the edge [1/m]
+    values, slopes : (q, 3) and (e, q, 3) from values at these nodes to those at the
+        points, and to their derivatives along the edges [1/m]
     """
 
     points: Array
-    normals: Array
+    tangents: Array
     dofs: NDArray[np.int64]
-    strain: Array
+    values: Array
+    slopes: Array
+
+    @property
+    def normals(self) -> Array:
+        """Outward normals (f, 2)."""
+        return np.stack([-self.tangents[:, 1], self.tangents[:, 0]], axis=1)
+
+    @property
+    def strain(self) -> Array:
+        """From displacement of nodes to strain along the edges (e, q, 3, 2) [1/m]."""
+        tangents = self.tangents.reshape(*self.slopes.shape[:2], 1, 2)
+        return self.slopes[..., None] * tangents
 
 
-def _fillet(sector: CyclicSector, name: str) -> _Fillet:
+def fillets_of(sector: CyclicSector) -> list[Fillet]:
+    """The right and the left fillet of a sector, points from the flank on."""
+    return [_fillet(sector, name) for name in ("fillet", "left_fillet")]
+
+
+def _fillet(sector: CyclicSector, name: str) -> Fillet:
     """Points of a named fillet; derivatives of quadratic edges converge best there."""
     edges = sector.mesh.edges[name]
     if name.startswith("left_"):  # so that both run clockwise around the body
@@ -193,15 +211,18 @@ def _fillet(sector: CyclicSector, name: str) -> _Fillet:
     slope = np.stack([xi - 0.5, xi + 0.5, -2.0 * xi])
     nodes = sector.mesh.points[edges]
     tangent = np.einsum("eac,aq->eqc", nodes, slope)
-    squared = (tangent**2).sum(axis=-1, keepdims=True)
-    normal = np.stack([-tangent[..., 1], tangent[..., 0]], -1) / np.sqrt(squared)
-    strain = np.einsum("aq,eqc->eqac", slope, tangent / squared)
-    points = np.einsum("eac,aq->eqc", nodes, shape).reshape(-1, 2)
-    return _Fillet(points, normal.reshape(-1, 2), sector.node_dofs[edges], strain)
+    length = np.sqrt((tangent**2).sum(axis=-1, keepdims=True))
+    return Fillet(
+        points=np.einsum("eac,aq->eqc", nodes, shape).reshape(-1, 2),
+        tangents=(tangent / length).reshape(-1, 2),
+        dofs=sector.node_dofs[edges],
+        values=shape.T,
+        slopes=slope.T / length,
+    )
 
 
 def _freed_boundary(
-    sector: CyclicSector, fillets: Sequence[_Fillet], angles: Sequence[float]
+    sector: CyclicSector, fillets: Sequence[Fillet], angles: Sequence[float]
 ) -> Array:
     """What the remainder's stress across the fillets adds to its trace [1/m].
 
@@ -225,7 +246,7 @@ def _freed_boundary(
     return -(1.0 + poisson) * np.array(across)
 
 
-def _half_plane(gear: SpurGear, arc: Array, points: Array) -> Array:
+def half_plane(gear: SpurGear, arc: Array, points: Array) -> Array:
     """Trace (t, 2, 2, f) of Flamant's stress at points (2, f, 2) [1/m].
 
     Under unit normal and rootward point loads at arcs (t,) of a right flank;

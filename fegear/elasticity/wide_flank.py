@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fegear.elasticity.condensed_width import flank_tables
+from fegear.elasticity.condensed_width import NO_NODES, width_tables
 from fegear.elasticity.flank import (
     MAX_TOOTH_OFFSET,
     FlankCompliance,
@@ -32,10 +32,17 @@ from fegear.elasticity.line_kernel import DECAY, LineKernel
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import RIGHT, cyclic_sector
 from fegear.elasticity.twisted_sector import TwistedSector
+from fegear.elasticity.wide_root import (
+    RootModes,
+    fillet_nodes,
+    root_modes,
+    root_places,
+)
 from fegear.elasticity.wide_sector import WideSector
 from fegear.elasticity.width import interpolated
 from fegear.elasticity.width_functions import layered_polynomials
 from lumped.common.array_types import Array
+from lumped.common.checks import require_present
 from meshes import MeshSize, SpurGear
 from meshes.outline import flank_arcs
 from meshes.profile import roll_length_at_arc
@@ -44,8 +51,11 @@ DEGREE = 8  # of the polynomials over the width
 # Layers at both ends [modules] of what displaces the teeth under loads in polynomials:
 # without them the ends of a tip edge are 5 to 8 % too stiff
 SHORT_END_LAYERS = 0.4, 0.1
-# a coarse mesh, with few points near the tip corner, where the difference is smooth
-MESH = replace(MeshSize().refined(0.4), flank_edges=10, flank_grading=4.5)
+# a coarse mesh, with few points near the tip corner, where the difference is smooth,
+# and with the fillet of the default mesh, for the stress there
+MESH = replace(
+    MeshSize().refined(0.4), flank_edges=10, flank_grading=4.5, fillet_edges=10
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -114,25 +124,46 @@ def width_modes(
 
     degree : of the polynomials; size : of the mesh
     """
+    return _solved(gear, material, degree, size, with_root=False)[0]
+
+
+def width_and_root_modes(
+    gear: SpurGear, material: PlaneMaterial, degree: int = DEGREE, size: MeshSize = MESH
+) -> tuple[WidthModes, RootModes]:
+    """Solve the finite elements as `width_modes`, and for the root stress."""
+    modes, root = _solved(gear, material, degree, size, with_root=True)
+    return modes, require_present(root, "root")
+
+
+def _solved(
+    gear: SpurGear,
+    material: PlaneMaterial,
+    degree: int,
+    size: MeshSize,
+    with_root: bool,
+) -> tuple[WidthModes, RootModes | None]:
     width = material.width
     if width is None:
         raise ValueError(f"plane = {material.plane}; must be width")
     sector = cyclic_sector(gear, material, size)
     layers = [layer * gear.module for layer in SHORT_END_LAYERS]
-    functions = layered_polynomials(width, degree, layers)
+    functions = layered_polynomials(width, degree, layers, root_places(width))
     loads = tuple(range(degree + 1))
     wide = WideSector(TwistedSector(sector), functions, loads)
-    tables = flank_tables(wide)
+    tables = width_tables(wide, nodes=fillet_nodes(wide) if with_root else NO_NODES)
     plane = flank_compliance(sector, split=False)
     arcs = sector.flanks[RIGHT].arcs
     share = _share_of_plane(gear, arcs)
     normal, tangential = (
         table / width**2 - _uniform(share * of_plane, width, degree)
         for table, of_plane in zip(
-            tables, (plane.normal, plane.tangential), strict=True
+            (tables.normal, tables.rootward),
+            (plane.normal, plane.tangential),
+            strict=True,
         )
     )
-    return WidthModes(arcs, normal, tangential)
+    modes = WidthModes(arcs, normal, tangential)
+    return modes, root_modes(wide, tables, width) if with_root else None
 
 
 def wide_flank(

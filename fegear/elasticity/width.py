@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fegear.elasticity.condensed_width import flank_tables
+from fegear.elasticity.condensed_width import width_tables
 from fegear.elasticity.flank import FlankCompliance, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
@@ -56,9 +56,9 @@ class WidthCorrection:
 
 
 def interpolated(
-    table: Array, table_places: Array, places: Array, axes: tuple[int, int] = (1, 2)
+    table: Array, table_places: Array, places: Array, axes: tuple[int, ...] = (1, 2)
 ) -> Array:
-    """A table of flank places along two axes, such as (teeth, n, n), at others."""
+    """A table of flank places along its axes, such as (teeth, n, n), at others."""
     from scipy.interpolate import make_interp_spline
 
     for axis in axes:
@@ -88,7 +88,9 @@ def width_correction(gear: SpurGear, material: PlaneMaterial) -> WidthCorrection
     wide = WideSector(TwistedSector(sector), layered_functions(material.width, layers))
     plane = flank_compliance(sector, split=False)
     # the mean over the width of displacement under loads of one per width
+    tables = width_tables(wide)
     normal, tangential = (
-        table[:, :, 0, :, 0] / material.width for table in flank_tables(wide)
+        table[:, :, 0, :, 0] / material.width
+        for table in (tables.normal, tables.rootward)
     )
     return WidthCorrection(normal - plane.normal, tangential - plane.tangential)

@@ -19,7 +19,7 @@ class WidthFunctions:
     """Functions f_k at points of a quadrature over the width.
 
     values, slopes : (points, k) of f_k and df_k/dz [1/m]
-    weights : (points,) of the quadrature [m]
+    weights : (points,) of the quadrature [m], 0 at places that only values are for
     """
 
     values: Array
@@ -70,7 +70,10 @@ def layered_functions(width: float, layers: Sequence[float]) -> WidthFunctions:
 
 
 def layered_polynomials(
-    width: float, degree: int, layers: Sequence[float]
+    width: float,
+    degree: int,
+    layers: Sequence[float],
+    places: Array | None = None,
 ) -> WidthFunctions:
     """Functions for loads in `polynomials`, which come first, up to a degree.
 
@@ -78,8 +81,12 @@ def layered_polynomials(
     cosh(z / l) and sinh(z / l) for each layer l follow. Those of odd number are odd.
 
     width, layers : [m]
+    places : (p,) behind the points of the quadrature [m]
     """
     z, weights = _quadrature(width)
+    if places is not None:
+        z = np.concatenate([z, places])
+        weights = np.concatenate([weights, np.zeros(places.size)])
     values, slopes = polynomial_values(width, degree, z)
     exchanged = np.arange(2 * len(layers)) ^ (1 - degree % 2)
     of_ends, slopes_of_ends = _end_layers(z, width, layers)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet, Mesh
 from fegear.gearset.modifications import FlankLead
@@ -46,22 +48,27 @@ def _lead(entry: LeadEntry | None, slope_um: float) -> FlankLead | None:
     )
 
 
-def width_gap(gear_set: GearSet, mesh: int, places: Array) -> Array:
+def width_gap(gear_set: GearSet, mesh: int, places: Array, back: bool = False) -> Array:
     """Gap between the flanks of a mesh over its common width, along the line of action.
 
-    That of the leads of both gears and of misaligned axes.
+    That of the leads of both gears and of misaligned axes. On back flanks a helix slope
+    is reversed, and an axis that gives way along the normal of the drive flanks comes
+    nearer by the cosine between both normals.
 
-    places : (n,) from the middle of the common width [m]
+    places : (n,) from the middle of the common width [m]; back : of back flanks
 
     Returns (n,) [m].
     """
     spec = gear_set.meshes[mesh]
-    gap = spec.misalignment * (0.5 + places / gear_set.common_width(mesh))
+    angle = 2.0 * spec.pair.operating_pressure_angle
+    misalignment = spec.misalignment * (-math.cos(angle) if back else 1.0)
+    gap = misalignment * (0.5 + places / gear_set.common_width(mesh))
     middles = gear_set.width_middles(mesh)
     for index, flank, middle in zip(spec.gears, spec.flanks, middles, strict=True):
         if flank.lead is not None:
+            lead = flank.lead.of_back_flanks if back else flank.lead
             width = gear_set.gears[index].face_width
-            gap = gap + flank.lead.depth(places + middle, width)
+            gap = gap + lead.depth(places + middle, width)
     return gap
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
@@ -105,6 +105,11 @@ class FlankLead:
 
     def __post_init__(self) -> None:
         require_fields(self)
+
+    @property
+    def of_back_flanks(self) -> FlankLead:
+        """That of the other flanks: a helix slope is one of the whole tooth."""
+        return replace(self, slope=-self.slope)
 
     def depth(self, place: NDArray[np.float64], width: float) -> NDArray[np.float64]:
         """Depth (n,) [m] at places (n,) from the middle of a face width [m]."""

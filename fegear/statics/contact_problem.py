@@ -14,6 +14,7 @@ from fegear.elasticity.cache import (
     cached_compliance_change,
     cached_flank_compliance,
     cached_wide_flank,
+    cached_wide_root,
 )
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
@@ -66,7 +67,6 @@ def contact_problem(
             tip_relief=spec.flanks[i].tip_relief,
             root_relief=spec.flanks[i].root_relief,
             profile=side.profile,
-            lead=spec.flanks[i].lead,
             pitch_errors=errors[i],
             faults=side.faults,
             offset=side.offset,
@@ -136,6 +136,8 @@ def _along_width(
         gear = gear_set.gears[index]
         report(f"compliance of {gear.name}", i, 2)
         material = settings.material(gear, gear.face_width)
+        if settings.root_stress:  # one solution serves both
+            cached_wide_root(gear.geometry, material, size)
         wide.append(cached_wide_flank(gear.geometry, material, size))
         section = cached_flank_compliance(gear.geometry, material.section, size)
         materials.append(material)
@@ -146,6 +148,7 @@ def _along_width(
         driven=wide[1],
         width=width,
         gap=width_gap(gear_set, mesh, places),
+        back_gap=width_gap(gear_set, mesh, places, back=True),
         offsets=gear_set.width_middles(mesh),
     )
     # the solver's driver turns counter-clockwise

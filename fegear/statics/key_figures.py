@@ -11,13 +11,20 @@ from fegear.contact.edges import edge_positions, finite_pressures
 from fegear.contact.path import face_along_path, loss_factor
 from fegear.contact.problem import ContactProblem
 from fegear.contact.result import ContactCycle, largest_of_bands
+from fegear.statics.root_stress import RootStresses
 from lumped.common.array_types import Array
 from lumped.train.table import MeshTable
 from meshes import GearPair
 
+GEARS = "driver", "driven"
+
 
 def key_figures(
-    problem: ContactProblem, cycle: ContactCycle, table: MeshTable, t: int
+    problem: ContactProblem,
+    cycle: ContactCycle,
+    table: MeshTable,
+    roots: RootStresses | None,
+    t: int,
 ) -> dict[str, Any]:
     """Means and ranges over the mesh cycle at one of the torques, by its index.
 
@@ -58,6 +65,7 @@ def key_figures(
         "friction_bending_ratio_mean": float(bending.mean()),
         "driver_root_stress_MPa": _largest_root_stress(table, "driver", t),
         "driven_root_stress_MPa": _largest_root_stress(table, "driven", t),
+        **_roots_over_width(roots, t),
         "loss_factor": float(loss_factors(problem.pair, cycle)[t]),
         **_over_face(problem, cycle, t),
     }
@@ -117,6 +125,16 @@ def _largest_root_stress(table: MeshTable, gear: str, t: int) -> float | None:
     """Largest over the cycle at one torque [MPa]; None where it is not computed."""
     values = table.columns.get(f"{gear}_root_stress_Pa")
     return None if values is None else 1e-6 * float(values[t].max())
+
+
+def _roots_over_width(roots: RootStresses | None, t: int) -> dict[str, float]:
+    """Where root stress is largest over the width, and K_Fbeta, where it varies."""
+    figures: dict[str, float] = {}
+    for gear, root in zip(GEARS, roots.over_width if roots else (), strict=False):
+        _, _, z = root.largest_at(t)
+        figures[f"{gear}_root_stress_at_mm"] = 1e3 * float(root.place[z])
+        figures[f"{gear}_root_stress_factor"] = float(root.factor[t])
+    return figures
 
 
 def loss_factors(pair: GearPair, cycle: ContactCycle) -> Array:

@@ -18,6 +18,7 @@ from fegear.files.output import write_text
 from fegear.result import Result, frame
 from fegear.statics.harmonics import Harmonic, mesh_harmonics
 from fegear.statics.key_figures import key_figures, loss_factors
+from fegear.statics.root_stress import RootStresses
 from lumped.common.array_types import Array
 from lumped.train.table import MeshTable, format_table
 from meshes import GearPair
@@ -118,6 +119,8 @@ class StaticsResult(Result):
         Number of the mesh and the names of its gears.
     pitches : int
         Number of base pitches that the table covers, until the tooth pairs repeat.
+    roots : RootStresses, optional
+        Root stress of all teeth; None where it is not computed.
     """
 
     table: MeshTable
@@ -128,6 +131,7 @@ class StaticsResult(Result):
     mesh: int
     name: str
     pitches: int = 1
+    roots: RootStresses | None = None
 
     @property
     def error(self) -> ErrorEstimate | None:
@@ -203,7 +207,7 @@ class StaticsResult(Result):
         None where there is no such pair.
         """
         return tuple(
-            key_figures(self.problem, self.cycle, self.table, t)
+            key_figures(self.problem, self.cycle, self.table, self.roots, t)
             for t in range(self.cycle.torque.size)
         )
 

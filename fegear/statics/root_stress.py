@@ -9,11 +9,14 @@ import numpy as np
 
 from fegear.contact.path import path_positions, sliding_sign
 from fegear.contact.problem import ContactProblem
-from fegear.contact.result import ContactCycle
-from fegear.elasticity.root_stress import FlankLoad, RootInfluence
+from fegear.contact.result import ContactCycle, FaceLoads
+from fegear.contact.width.contact import WidthContact
+from fegear.elasticity.root_stress import MAX_TOOTH_OFFSET, FlankLoad, RootInfluence
 from fegear.elasticity.sector import RIGHT
+from fegear.elasticity.wide_root import LineLoad, WideRoot
 from fegear.files.timing import stage
-from lumped.common.array_types import Array
+from lumped.common.array_types import Array, Indices
+from meshes import SpurGear
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,14 +25,37 @@ POSITIONS_PER_BLOCK = 4096  # whose stress along the fillets is held at a time
 DRIVER, DRIVEN = 0, 1
 
 
+class RootOverWidth(NamedTuple):
+    """Root stress of one gear over the face width.
+
+    place : (z,) from the middle of the common face width [m]
+    stress : (t, n, k, z) largest tension across the fillet of the teeth in each pair on
+        the side of their loaded flanks [Pa]
+    factor : (t,) K_Fbeta, the largest over that of loads that are spread evenly over
+        each line of contact
+    """
+
+    place: Array
+    stress: Array
+    factor: Array
+
+    def largest_at(self, t: int) -> tuple[int, int, int]:
+        """Position, pair and place of the largest at a torque, by their indices."""
+        n, k, z = np.unravel_index(self.stress[t].argmax(), self.stress.shape[1:])
+        return int(n), int(k), int(z)
+
+
 class RootStresses(NamedTuple):
     """Largest tension along the fillets of the teeth in each pair (t, n, k) [Pa].
 
     NaN of cracked teeth, whose stress at the crack has no limit.
+
+    over_width : of driver and driven gear, empty where loads are uniform over it
     """
 
     driver: Array
     driven: Array
+    over_width: tuple[RootOverWidth, ...] = ()
 
     @property
     def largest(self) -> tuple[Array, Array]:
@@ -54,6 +80,108 @@ def root_stresses(
             for gear in (DRIVER, DRIVEN)
         )
     return RootStresses(driver, driven)
+
+
+def root_stresses_over_width(
+    problem: ContactProblem,
+    solver: WidthContact,
+    cycle: ContactCycle,
+    roots: Sequence[WideRoot],
+) -> RootStresses:
+    """Tension of all teeth that are in a pair, under the loads of all slices.
+
+    roots : of driver and driven gear, whose hubs are held
+    """
+    with stage("root stress"):
+        over_width = tuple(
+            _tensions_over_width(problem, solver, cycle, gear, roots[gear])
+            for gear in (DRIVER, DRIVEN)
+        )
+    driver, driven = (of_gear.stress.max(axis=3) for of_gear in over_width)
+    return RootStresses(driver, driven, over_width)
+
+
+def _tensions_over_width(
+    problem: ContactProblem,
+    solver: WidthContact,
+    cycle: ContactCycle,
+    gear: int,
+    root: WideRoot,
+) -> RootOverWidth:
+    face, flank = cycle.face, solver.flanks[gear]
+    if flank.kernel.twist * _gear(problem, gear).twist < 0.0:
+        root = root.mirrored  # as the solver is
+    teeth = face.teeth if gear == DRIVER else -face.teeth
+    force = face.load * face.slice_length
+    arcs = _arcs_of_slices(problem, cycle, gear)
+    places = face.place + solver.offsets[gear]
+    stress, largest = [], []
+    for forces in (force, _spread_evenly(face)):
+        by_torque = [
+            _under_lines(root, teeth, forces[t], arcs, places)
+            for t in range(cycle.torque.size)
+        ]
+        stress.append(np.stack(by_torque))
+        largest.append(stress[-1].max(axis=(1, 2, 3)))
+    return RootOverWidth(
+        place=root.places - solver.offsets[gear],
+        stress=stress[0],
+        factor=largest[0] / largest[1],
+    )
+
+
+def _arcs_of_slices(problem: ContactProblem, cycle: ContactCycle, gear: int) -> Array:
+    """Arcs (n, k, m) of slices from the tip corner of a gear [m].
+
+    Beyond the ends of the path a corner touches the flank of the mate.
+    """
+    pair, teeth = problem.pair, _gear(problem, gear)
+    roll = pair.pitch_point + pair.base_pitch * cycle.face.path_position
+    if gear == DRIVEN:
+        roll = pair.line_of_action - roll
+    squared = np.maximum(roll, 0.0) ** 2
+    arcs = (teeth.tip_roll_length**2 - squared) / (2.0 * teeth.base_radius)
+    return np.clip(arcs, 0.0, teeth.flank_length)
+
+
+def _gear(problem: ContactProblem, gear: int) -> SpurGear:
+    return (problem.pair.driver, problem.pair.driven)[gear]
+
+
+def _spread_evenly(face: FaceLoads) -> Array:
+    """Forces (t, n, k, m) of pairs that are spread over their lines of contact [N]."""
+    total = (face.load * face.slice_length).sum(axis=3, keepdims=True)
+    touches = face.on_path | (face.load > 0.0)
+    count = np.maximum(touches.sum(axis=3, keepdims=True), 1)
+    return np.asarray(np.where(touches, total / count, 0.0))
+
+
+def _under_lines(
+    root: WideRoot, teeth: Indices, force: Array, arcs: Array, places: Array
+) -> Array:
+    """Tension (n, k, z) of the teeth of pairs under forces (n, k, m) [N]."""
+    every = range(teeth.size)
+    places = np.broadcast_to(places, (len(force), places.size))
+    # what a load does depends on how far its tooth is from the stressed one
+    distances = {int(teeth[j] - teeth[k]) for j in every for k in every}
+    effects: dict[tuple[int, int], Array] = {}
+    for distance in distances:
+        if abs(distance) > MAX_TOOTH_OFFSET:
+            continue
+        for j in every:
+            if force[:, j].any():
+                load = LineLoad(distance, arcs[:, j], places, force[:, j])
+                effects[j, distance] = root.along_fillet([load])
+    tensions = np.zeros((len(force), teeth.size, root.places.size))
+    for k in every:
+        parts = [
+            effects[j, distance]
+            for j in every
+            if (j, distance := int(teeth[j] - teeth[k])) in effects
+        ]
+        if parts:
+            tensions[:, k] = np.maximum(np.sum(parts, axis=0).max(axis=1), 0.0)
+    return tensions
 
 
 def _tensions(

@@ -12,7 +12,8 @@ from fegear.boundary import mesh_index, public, require_torque
 from fegear.contact.problem import ContactProblem
 from fegear.contact.result import ContactCycle, joined_cycles
 from fegear.contact.solve import solve_cycle
-from fegear.elasticity.cache import cached_root_influence
+from fegear.contact.width.contact import WidthContact
+from fegear.elasticity.cache import cached_root_influence, cached_wide_root
 from fegear.files.errors import InputError
 from fegear.files.timing import recorded_stages, stage
 from fegear.gearset.model import GearSet
@@ -25,7 +26,12 @@ from fegear.statics.mesh_table import (
     table_columns,
     table_header,
 )
-from fegear.statics.root_stress import RootStresses, relative_change, root_stresses
+from fegear.statics.root_stress import (
+    RootStresses,
+    relative_change,
+    root_stresses,
+    root_stresses_over_width,
+)
 from fegear.statics.settings import MAX_ROWS, RESOLUTIONS, StaticsSettings
 from lumped.common.array_types import Array
 from lumped.common.checks import plain_numbers
@@ -124,7 +130,7 @@ def mesh_statics(
     table = MeshTable(cycle.torque, cycle.position, columns, header)
     name = mesh_name(gear_set, mesh)
     return StaticsResult(
-        table, cycle, problem, errors, dict(seconds), mesh + 1, name, pitches
+        table, cycle, problem, errors, dict(seconds), mesh + 1, name, pitches, stresses
     )
 
 
@@ -202,14 +208,14 @@ def _root_stresses(
 
     size : instead of that of the settings
     """
-    if not settings.root_stress or not cycle.face.is_uniform:
+    if not settings.root_stress:
         return None
-    spec = gear_set.meshes[mesh]
-    gears = (gear_set.gears[index] for index in (spec.driver, spec.driven))
-    influences = [
-        cached_root_influence(g.geometry, settings.material(g), size or settings.size)
-        for g in gears
-    ]
+    gears = [gear_set.gears[index] for index in gear_set.meshes[mesh].gears]
+    sectors = [(g.geometry, settings.material(g), size or settings.size) for g in gears]
+    if isinstance(problem.solver, WidthContact):
+        roots = [cached_wide_root(*sector) for sector in sectors]
+        return root_stresses_over_width(problem, problem.solver, cycle, roots)
+    influences = [cached_root_influence(*sector) for sector in sectors]
     return root_stresses(problem, cycle, influences)
 
 

@@ -41,7 +41,6 @@ def test_a_table_has_what_the_section_does_not_show(solved):
     assert axial == pytest.approx(force * np.tan(abs(helix)), rel=1e-9)
     assert np.abs(solved.table["load_center_mm"]).max() < 5.0
     assert solved.table.header["plane"] == "width"
-    assert "driver_root_stress_Pa" not in solved.table.columns
     errors = [error.distribution for error in solved.errors]
     assert np.isfinite(errors).all()
     assert max(errors) > 0.0
@@ -365,3 +364,62 @@ def test_light_loads_on_flanks_with_an_excess_of_material_are_solved():
     deflection = solved.cycle.ste - solved.cycle.no_load
     assert (np.diff(deflection, axis=0) > 0.0).all()
     assert (deflection > 0.0).all()
+
+
+@pytest.fixture(scope="module")
+def roots():
+    settings = replace(COARSE, root_stress=True, estimate_error=False)
+    return fegear.solve_mesh(fegear.make_gear_set(HELICAL), settings=settings)
+
+
+def test_root_stress_varies_over_the_width(roots):
+    for gear, of_gear in zip(("driver", "driven"), roots.roots.over_width, strict=True):
+        columns, stress = roots.table.columns, of_gear.stress
+        largest = columns[f"{gear}_root_stress_Pa"]
+        assert (largest == stress.max(axis=(2, 3))).all()
+        assert np.abs(of_gear.place).max() == pytest.approx(10e-3)
+        # loads twice as large, spread a little farther
+        assert 1.7 < largest[1].max() / largest[0].max() < 2.0
+        assert (of_gear.factor > 0.8).all()
+        assert (of_gear.factor < 1.5).all()
+        # what carries nothing is pulled by its neighbours alone
+        unloaded = roots.cycle.load[1] == 0.0
+        assert stress[1][unloaded].max() < 0.25 * largest[1].max()
+    figures = roots.key_figures[1]
+    assert abs(figures["driver_root_stress_at_mm"]) <= 10.0
+    assert figures["driven_root_stress_factor"] == roots.roots.over_width[1].factor[1]
+
+
+@pytest.mark.slow
+def test_root_stress_of_the_other_hand_is_mirrored(roots):
+    one, two = HELICAL["gear"]
+    left = {**HELICAL, "gear": [{**one, "hand": "left"}, two]}
+    settings = replace(COARSE, root_stress=True, estimate_error=False)
+    mirrored = fegear.solve_mesh(fegear.make_gear_set(left), settings=settings)
+    for other, gear in zip(
+        mirrored.roots.over_width, roots.roots.over_width, strict=True
+    ):
+        largest = gear.stress.max()
+        assert other.stress[..., ::-1] == pytest.approx(gear.stress, abs=1e-6 * largest)
+        assert other.place[::-1] == pytest.approx(-gear.place)
+
+
+@pytest.mark.slow
+def test_slices_of_straight_teeth_have_nearly_the_root_stress_of_the_section():
+    """A lead that hardly opens a gap; the mean over the width, and K_Fbeta."""
+    straight = {"module_mm": 3.0, "face_width_mm": 20.0}
+    settings = replace(COARSE, root_stress=True, estimate_error=False)
+
+    def solve(**keys):
+        mesh = [{**HELICAL["mesh"][0], **keys}]
+        sets = {**HELICAL, "plane": "width", "defaults": straight, "mesh": mesh}
+        return fegear.solve_mesh(fegear.make_gear_set(sets), settings=settings)
+
+    section, sliced = solve(), solve(driver_lead={"crowning_um": 0.01})
+    for gear, of_gear in zip(
+        ("driver", "driven"), sliced.roots.over_width, strict=True
+    ):
+        mean = np.trapezoid(of_gear.stress, of_gear.place) / 20e-3
+        expected = section.table.columns[f"{gear}_root_stress_Pa"]
+        assert mean.max(axis=2) == pytest.approx(expected, rel=0.03)
+        assert of_gear.factor == pytest.approx(1.0, abs=0.05)

@@ -73,6 +73,21 @@ FACE_TITLE = (
     "that are means over the cycle"
 )
 
+ROOT_COLUMNS: Columns = {
+    "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
+    "driver\nMPa": cell("driver_root_stress_MPa", 4),
+    "driver\nat mm": cell("driver_root_stress_at_mm", 3),
+    "driver\nK_Fbeta": cell("driver_root_stress_factor", 4),
+    "driven\nMPa": cell("driven_root_stress_MPa", 4),
+    "driven\nat mm": cell("driven_root_stress_at_mm", 3),
+    "driven\nK_Fbeta": cell("driven_root_stress_factor", 4),
+}
+ROOT_TITLE = (
+    "Root stress over the face width, tension across the fillets on the side of the "
+    "loaded flanks; K_Fbeta: the largest over that of the same loads of "
+    "pairs spread evenly over their lines of contact"
+)
+
 DROP_COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
     "largest\ndrop %": cell("largest_stiffness_drop_percent", 4),
@@ -94,6 +109,10 @@ CRACK_COLUMNS = (
 FACE_LOAD_COLUMNS = (
     *("torque_Nm", "position", "pair", "place_mm", "path_position"),
     *("line_load_N_per_mm", "max_pressure_MPa"),
+)
+
+ROOT_STRESS_COLUMNS = (
+    *("torque_Nm", "position", "pair", "gear", "place_mm", "root_stress_MPa"),
 )
 
 CRACK_TIP_COLUMNS: Columns = {
@@ -230,6 +249,24 @@ class StiffnessResult(StudyResult):
             for t, n in np.ndindex(tip.error.shape)
         ]
 
+    def _root_rows(self) -> list[dict[str, Any]]:
+        """Root stress over the width of all teeth in pairs that carry load."""
+        cycle, roots = self.solved.cycle, self.solved.roots
+        over_width = roots.over_width if roots else ()
+        return [
+            {
+                "torque_Nm": float(cycle.torque[t]),
+                "position": float(cycle.position[n]),
+                "pair": int(cycle.teeth[k]),
+                "gear": gear,
+                "place_mm": 1e3 * float(place),
+                "root_stress_MPa": 1e-6 * float(stress),
+            }
+            for t, n, k in np.argwhere(cycle.load > 0.0).tolist()
+            for gear, root in zip(("driver", "driven"), over_width, strict=False)
+            for place, stress in zip(root.place, root.stress[t, n, k], strict=True)
+        ]
+
     def _face_rows(self) -> list[dict[str, Any]]:
         """Loads of slices that carry some."""
         cycle, face = self.solved.cycle, self.solved.cycle.face
@@ -261,6 +298,7 @@ class StiffnessResult(StudyResult):
             "harmonics": (harmonics, HARMONIC_COLUMNS),
             "cracks": (self._crack_rows(), CRACK_COLUMNS),
             "face_loads": (self._face_rows(), FACE_LOAD_COLUMNS),
+            "root_stresses": (self._root_rows(), ROOT_STRESS_COLUMNS),
         }
         header = {
             "gear set": self.gear_set,
@@ -342,8 +380,11 @@ class StiffnessResult(StudyResult):
         yield self._carried_over()
         yield RowTable(values["torques"], STRESS_COLUMNS, STRESS_TITLE, text_columns=())
         if not self.solved.cycle.face.is_uniform:
-            yield "root stress is not computed where loads vary over the face width"
             yield RowTable(values["torques"], FACE_COLUMNS, FACE_TITLE, text_columns=())
+            if self.solved.roots is not None:
+                yield RowTable(
+                    values["torques"], ROOT_COLUMNS, ROOT_TITLE, text_columns=()
+                )
             yield from _axial_senses(self.solved)
         if values["crack_tips"]:
             yield ROOT_STRESS_NOTE

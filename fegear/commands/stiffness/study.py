@@ -41,6 +41,8 @@ MIN_POSITIONS = 2
 TABLE_HELP = {
     "cracks": "Write stress intensities and energy release rate of all open cracks to "
     "this CSV file.",
+    "root_stresses": "Write root stress of all teeth in loaded pairs, over the face "
+    "width, to this CSV file; needs what the file of loads needs.",
     "face_loads": "Write load per length and pressure over the face width to this CSV "
     "file; needs helical gears, a lead modification or an axial offset.",
     "harmonics": "Write amplitude and phase of the first harmonics of transmission "
@@ -103,7 +105,7 @@ class MeshStiffness(
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if "cracks" in outputs and not any(g.faults.cracks for g in self.gears.gears):
             yield "cracks", "needs a gear with cracks"
-        for name in ("face_loads", "face"):
+        for name in ("face_loads", "root_stresses", "face"):
             if name in outputs:
                 index = mesh_index(self.gears, self.mesh)
                 if not self.gears.meshes[index].varies_over_width:

@@ -37,6 +37,6 @@ class PlaneContact(ShortRepr):
         return np.zeros(1)
 
     @property
-    def mirrored(self) -> PlaneContact:
+    def of_back_flanks(self) -> PlaneContact:
         """Itself: both flanks of a tooth are alike."""
         return self

@@ -20,7 +20,8 @@ class WidthContact(ShortRepr):
     driver, driven : compliance over the width of each gear
     width : common face width [m]
     offsets : middle of the common width from the middle of either gear [m]
-    gap : (slices,) material missing along the line of action, on both flanks [m]
+    gap, back_gap : (slices,) material missing along the line of action, on drive flanks
+        and on back flanks of both gears [m]
     """
 
     positions_at_once: ClassVar[int] = 32
@@ -29,6 +30,7 @@ class WidthContact(ShortRepr):
     driven: WideFlank
     width: float
     gap: Array
+    back_gap: Array
     offsets: tuple[float, float] = (0.0, 0.0)
 
     def __post_init__(self) -> None:
@@ -78,6 +80,11 @@ class WidthContact(ShortRepr):
     def mirrored(self) -> WidthContact:
         """The contact in a mirror that has the axes in it."""
         return replace(self, driver=self.driver.mirrored, driven=self.driven.mirrored)
+
+    @property
+    def of_back_flanks(self) -> WidthContact:
+        """The contact of the other flanks, in that mirror."""
+        return replace(self.mirrored, gap=self.back_gap, back_gap=self.gap)
 
 
 def slice_places(width: float, slices: int) -> Array:

@@ -233,7 +233,8 @@ class Slices:
         def newton(load: Array, touches: Touches) -> SliceLoads:
             return self._at_torque(matrix, torque, size, load, touches)
 
-        solved, touches = self._exchanged(matrix, newton, load, touches)
+        given = f"torque {torque:g} N m"
+        solved, touches = self._exchanged(matrix, newton, load, touches, given)
         return self._with_growing_contacts(solved, torque, size, touches)
 
     def first_guess(self, ste: float) -> Array:
@@ -256,7 +257,8 @@ class Slices:
         touches = (start > 0.0) & (self.gap < ste)
         if not touches.any():
             touches = self.gap < ste
-        solved, _ = self._exchanged(matrix, newton, start, touches)
+        given = f"a transmission error of {1e6 * ste:g} um"
+        solved, _ = self._exchanged(matrix, newton, start, touches, given)
         return np.maximum(solved.load, 0.0)
 
     def _exchanged(
@@ -265,8 +267,12 @@ class Slices:
         newton: Callable[[Array, Touches], SliceLoads],
         load: Array,
         touches: Touches,
+        given: str,
     ) -> tuple[SliceLoads, Touches]:
-        """Loads by steps of Newton's method, and the slices that touch."""
+        """Loads by steps of Newton's method, and the slices that touch.
+
+        given : what is given, for the message where there are none
+        """
         change = math.inf
         for step in range(MAX_STEPS):
             solved = newton(load, touches)
@@ -279,10 +285,10 @@ class Slices:
                 first = int(np.flatnonzero(violated)[0])
                 violated = np.arange(violated.size) == first
             touches = touches ^ violated
-        torque = float(self.arm @ load)
+        width_mm = 1e3 * self.compliance.face.width
         raise ContactFailure(
-            f"contact over the face width not solved at torque {torque:g} N m: loads "
-            f"change by {change:.2g} of the largest after {MAX_STEPS} steps"
+            f"contact over the face width of {width_mm:g} mm not solved at {given}: "
+            f"loads change by {change:.2g} of the largest after {MAX_STEPS} steps"
         )
 
     def _linearised(

@@ -17,11 +17,25 @@ from fegear.contact.width.load_curves import (
     interpolated_curves,
     width_load_curves,
 )
+from fegear.dynamics.mesh_load_curves import (
+    all_mesh_load_curves,
+    largest_deflection,
+    tables_of_equal_teeth,
+)
 from fegear.gearset import make_gear_set
+from fegear.statics.excitation import Excitations
 from fegear.statics.given_tables import GivenTables
+from fegear.statics.settings import StaticsSettings
 from fegear.train.lumped_models import lumped_system
 from fegear.train.model_settings import LumpedModel
+from lumped.train.table import MeshTable
 
+SPUR = {
+    **HELICAL,
+    "plane": "width",
+    "defaults": {"module_mm": 3.0, "face_width_mm": 20.0},
+    "mesh": [{"driver": "one", "driven": "two", "backlash_um": 200.0}],
+}
 PENETRATION = 90e-6 * np.linspace(0.0, 1.0, 129) ** 2
 CASES = {
     "straight": lambda: problem(gap=slope(12e-6)),
@@ -124,6 +138,37 @@ def test_every_second_position_is_enough(contact):
     assert np.abs(between.gap - direct.gap)[near].max() < 0.01 * PENETRATION[-1]
     solved = np.abs(between.load - direct.load)[::2][near[::2]]
     assert solved.max() < 1e-9 * most
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("depth_um", [12.0, 40.0])
+def test_curves_reach_as_far_whichever_way_axes_are_misaligned(depth_um):
+    """The gap is the same but for a rotation, which corners in contact tell alone."""
+    loads = []
+    for gap in (depth_um, -depth_um):
+        pair = {**SPUR["mesh"][0], "misalignment_um": gap}
+        gears = make_gear_set({**SPUR, "mesh": [pair]})
+        settings = fegear.ExcitationSettings(resolution="coarse")
+        tables = tables_of_equal_teeth(gears, 60.0, Excitations(settings))
+        (curves,) = all_mesh_load_curves(
+            gears, tables, StaticsSettings(resolution="coarse")
+        )
+        loads.append(curves.drive)
+    one, other = loads
+    assert other.penetration == pytest.approx(one.penetration, rel=5e-3)
+    assert np.abs(other.load - one.load).max() < 0.01 * one.load.max()
+
+
+def test_a_rotation_in_common_is_no_deflection():
+    columns = {"ste_m": 1e-6 * np.array([[5.0, 7.0]]), "nlte_m": np.zeros((1, 2))}
+    turned = {name: values - 9e-6 for name, values in columns.items()}
+    place = np.array([0.0, 0.5])
+    for values in (columns, turned):
+        table = MeshTable(np.array([60.0]), place, values, {})
+        assert largest_deflection(table, 60.0) == pytest.approx(7e-6)
+    del turned["nlte_m"]
+    table = MeshTable(np.array([60.0]), place, turned, {})
+    assert largest_deflection(table, 60.0) == pytest.approx(-2e-6)
 
 
 def test_back_flanks_have_the_curves_of_the_mirror():

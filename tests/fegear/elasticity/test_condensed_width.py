@@ -12,13 +12,13 @@ from whole_gear import small_ring
 
 from fegear.elasticity.condensed_width import (
     FreeCuts,
-    flank_tables,
     ring_tables,
     spaced_diameters,
+    width_tables,
 )
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.ring import nodal_diameter_phase
-from fegear.elasticity.sector import cyclic_sector
+from fegear.elasticity.sector import RIGHT, cyclic_sector
 from fegear.elasticity.twisted_sector import TwistedSector
 from fegear.elasticity.wide_sector import WideSector
 from fegear.elasticity.width_functions import layered_polynomials, polynomials
@@ -61,10 +61,22 @@ def test_tables_are_those_of_a_factorisation_for_each_diameter(kind):
 
     spectrum = np.stack([harmonic(n) for n in every])
     scale = np.abs(spectrum).max()
-    for of_kind, table in enumerate(flank_tables(wide, every)):
+    nodes = sector.flanks[RIGHT].dofs
+    tables = width_tables(wide, every, nodes)
+    for of_kind, table in enumerate((tables.normal, tables.rootward)):
         expected = ring_tables(spectrum[:, of_kind], every, teeth)
         assert np.abs(table - expected).max() < 1e-10 * scale
-    normal = flank_tables(wide)[0]
+    # what chosen nodes do on the flank is what is measured there
+    of_section, along = twisted.flank_normals
+    points = np.arange(len(nodes))
+    normals = np.column_stack(
+        [of_section[nodes[:, c], points] for c in range(2)]
+        + [along[twisted.node_of[nodes[:, 0]], points]]
+    )
+    by_function = np.einsum("pc,tpcfnl->tpfnl", normals, tables.nodes)
+    measured = np.einsum("kf,tpfnl->tpknl", functions.mass[:3], by_function)
+    assert np.abs(measured - tables.normal).max() < 1e-10 * scale
+    normal = width_tables(wide).normal
     exact = ring_tables(spectrum[:, 0], every, teeth)
     assert np.abs(normal - exact).max() < 1e-4 * np.abs(exact).max()
     assert spaced_diameters(teeth)[-1] == teeth // 2

@@ -14,7 +14,7 @@ from whole_gear import small_ring
 
 from fegear.elasticity import width as of_width
 from fegear.elasticity.cache import cached_flank_compliance
-from fegear.elasticity.condensed_width import flank_tables, spaced_diameters
+from fegear.elasticity.condensed_width import spaced_diameters, width_tables
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET, flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import cyclic_sector
@@ -65,10 +65,8 @@ def test_one_constant_function_is_plane_strain(body):
     z, weights = quadrature(0.02)
     constant = functions(z, weights, (np.ones_like, np.zeros_like))
     wide = WideSector(TwistedSector(sector), constant)
-    tables = [
-        table[:, :, 0, :, 0] / 0.02
-        for table in flank_tables(wide, np.arange(teeth // 2 + 1))
-    ]
+    solved = width_tables(wide, np.arange(teeth // 2 + 1))
+    tables = [table[:, :, 0, :, 0] / 0.02 for table in (solved.normal, solved.rootward)]
     plane = flank_compliance(sector, split=False)
     for table, expected in zip(tables, (plane.normal, plane.tangential), strict=True):
         assert np.abs(table - expected).max() < 1e-12 * plane.normal.max()
@@ -186,8 +184,8 @@ def test_spaced_diameters_give_what_all_of_them_give(teeth):
     sector = cyclic_sector(gear, STEEL, SMALL)
     layers = layered_functions(5.0 * MODULE, [MODULE])
     wide = WideSector(TwistedSector(sector), layers)
-    every = flank_tables(wide, np.arange(teeth // 2 + 1))[0][:, :, 0, :, 0]
-    some = flank_tables(wide)[0][:, :, 0, :, 0]
+    every = width_tables(wide, np.arange(teeth // 2 + 1)).normal[:, :, 0, :, 0]
+    some = width_tables(wide).normal[:, :, 0, :, 0]
     every, some = every / (5.0 * MODULE), some / (5.0 * MODULE)
     plane = flank_compliance(sector, split=False).normal
     spaced = spaced_diameters(teeth)

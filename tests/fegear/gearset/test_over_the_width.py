@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from small_sets import PAIR
 
 from fegear.commands.show.derived import mesh_figures
 from fegear.files.errors import InputError
@@ -400,3 +401,23 @@ def test_depths_that_cannot_be_negative_have_the_limits_of_their_key():
         InputError, match="end_relief_um = 2000; must be from 0 to 1500"
     ):
         make_gear_set(tables(mesh={"lead": lead}))
+
+
+def test_gaps_of_back_flanks():
+    """Axes give way on one side and come nearer on the other; removal is alike."""
+    place = np.linspace(-5e-3, 5e-3, 5)
+
+    def gaps(**keys):
+        gears = make_gear_set({**PAIR, "mesh": [{**PAIR["mesh"][0], **keys}]})
+        return width_gap(gears, 0, place), width_gap(gears, 0, place, back=True)
+
+    drive, back = gaps(misalignment_um=20.0)
+    assert drive == pytest.approx(2e-6 * (5.0 + 1e3 * place))
+    # normals of both flanks of a tooth, in the section
+    angle = np.radians(24.0)
+    of_drive, of_back = (np.array([s * np.cos(angle), np.sin(angle)]) for s in (1, -1))
+    assert back == pytest.approx(drive * (of_drive @ of_back))
+    drive, back = gaps(driven_lead={"slope_um": 12.0})
+    assert back == pytest.approx(-drive)
+    drive, back = gaps(driver_lead={"crowning_um": 12.0})
+    assert back == pytest.approx(drive)

@@ -200,7 +200,11 @@ def _solved(
         driven=driven,
         face_width=width,
         solver=WidthContact(
-            driver=wide[0], driven=wide[1], width=width, gap=np.zeros(slices)
+            driver=wide[0],
+            driven=wide[1],
+            width=width,
+            gap=np.zeros(slices),
+            back_gap=np.zeros(slices),
         ),
     )
     start = time.perf_counter()
