@@ -252,8 +252,8 @@ def condense(
         effects = np.zeros((last - interface, interface + count))
         effects[:, :interface] = -lower[-interface:, -last:-interface].toarray().T
         effects[interface - loaded :, interface:] = scaled
-        kept = lower[-last:-interface, -last:-interface].toarray()
-        of_interior = solve_triangular(kept.T, effects, unit_diagonal=True)
+        late_rows = lower[-last:-interface, -last:-interface].toarray()
+        of_interior = solve_triangular(late_rows.T, effects, unit_diagonal=True)
         of_all = np.vstack([of_interior, np.eye(interface, interface + count)])
         moved = _rows_of(wide, cuts, modes, nodes)[:, order[-last:]] @ of_all
     return Condensed(

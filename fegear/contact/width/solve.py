@@ -233,8 +233,8 @@ class Slices:
         def newton(load: Array, touches: Touches) -> SliceLoads:
             return self._at_torque(matrix, torque, size, load, touches)
 
-        given = f"torque {torque:g} N m"
-        solved, touches = self._exchanged(matrix, newton, load, touches, given)
+        at = f"torque {torque:g} N m"
+        solved, touches = self._exchanged(matrix, newton, load, touches, at)
         return self._with_growing_contacts(solved, torque, size, touches)
 
     def first_guess(self, ste: float) -> Array:
@@ -257,8 +257,8 @@ class Slices:
         touches = (start > 0.0) & (self.gap < ste)
         if not touches.any():
             touches = self.gap < ste
-        given = f"a transmission error of {1e6 * ste:g} um"
-        solved, _ = self._exchanged(matrix, newton, start, touches, given)
+        at = f"a transmission error of {1e6 * ste:g} um"
+        solved, _ = self._exchanged(matrix, newton, start, touches, at)
         return np.maximum(solved.load, 0.0)
 
     def _exchanged(
@@ -267,11 +267,11 @@ class Slices:
         newton: Callable[[Array, Touches], SliceLoads],
         load: Array,
         touches: Touches,
-        given: str,
+        at: str,
     ) -> tuple[SliceLoads, Touches]:
         """Loads by steps of Newton's method, and the slices that touch.
 
-        given : what is given, for the message where there are none
+        at : torque or transmission error, for the message where there are none
         """
         change = math.inf
         for step in range(MAX_STEPS):
@@ -287,7 +287,7 @@ class Slices:
             touches = touches ^ violated
         width_mm = 1e3 * self.compliance.face.width
         raise ContactFailure(
-            f"contact over the face width of {width_mm:g} mm not solved at {given}: "
+            f"contact over the face width of {width_mm:g} mm not solved at {at}: "
             f"loads change by {change:.2g} of the largest after {MAX_STEPS} steps"
         )
 

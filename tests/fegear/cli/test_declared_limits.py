@@ -35,6 +35,7 @@ NEEDS = {
     "stiffness --cracks": "--set gear.1.cracks=[{tooth=3,depth_mm=1}]",
     "stiffness --face": "--set mesh.1.lead.slope_um=5",
     "stiffness --face-loads": "--set mesh.1.lead.slope_um=5",
+    "stiffness --root-stresses": "--set mesh.1.lead.slope_um=5",
 }
 # see `wrong_inputs`
 NO_ENDING = {"new --output", "rattle manifold --output", "signals --order-map"}
