@@ -91,6 +91,9 @@ class FaceLoads(ShortRepr):
         Normal force per length of the line of contact [N/m].
     pressure : (t, n, k, m) array
         Largest contact pressure [Pa], in the plane of the compliances.
+    arc : (t, n, k, m, 2) array
+        Of the loads, or of the closest points, from the tip corners of driver and
+        driven [m].
     coupling : (t, n, k, k) array
         What pairs yield under the loads of others, per force in the section and along
         the line of action [m/N]; zero on the diagonal. Of no pairs where loads are
@@ -105,6 +108,7 @@ class FaceLoads(ShortRepr):
     on_path: Annotated[NDArray[np.bool_], Over("nkm", empty=False)]
     load: Annotated[Array, Over("tnkm")]
     pressure: Annotated[Array, Over("tnkm")]
+    arc: Annotated[Array, Over("tnkmg")]
     coupling: Annotated[Array, Over("tnkk")]
 
     @property

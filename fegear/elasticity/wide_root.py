@@ -39,6 +39,7 @@ from fegear.elasticity.width import interpolated
 from fegear.elasticity.width_functions import polynomial_values
 from lumped.common.array_types import Array, Indices
 
+NEAR_FLANK = 0.25  # of the fillet, in modules, that is not the root
 PLACES = 33  # over the width, at which stress is known
 
 
@@ -221,7 +222,15 @@ class WideRoot:
 
     def stress(self, loads: Sequence[LineLoad]) -> Array:
         """Largest tension along the fillet (t, z) [Pa]; 0 without load."""
-        return np.maximum(self.along_fillet(loads).max(axis=1), 0.0)
+        return self.largest(self.along_fillet(loads))
+
+    def largest(self, tension: Array) -> Array:
+        """Largest of tensions (t, f, z) over the fillet (t, z) [Pa], 0 at least.
+
+        Near the flank they are those around a contact, not of the root.
+        """
+        root = _along(self.section.fillets[0]) > NEAR_FLANK * self.section.gear.module
+        return np.maximum(tension[:, root].max(axis=1), 0.0)
 
     def along_fillet(self, loads: Sequence[LineLoad]) -> Array:
         """Tension (t, f, z) across the fillet under all loads [Pa]."""

@@ -16,7 +16,6 @@ from fegear.elasticity.sector import RIGHT
 from fegear.elasticity.wide_root import LineLoad, WideRoot
 from fegear.files.timing import stage
 from lumped.common.array_types import Array, Indices
-from meshes import SpurGear
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -109,16 +108,17 @@ def _tensions_over_width(
     root: WideRoot,
 ) -> RootOverWidth:
     face, flank = cycle.face, solver.flanks[gear]
-    if flank.kernel.twist * _gear(problem, gear).twist < 0.0:
+    of_gear = (problem.pair.driver, problem.pair.driven)[gear]
+    if flank.kernel.twist * of_gear.twist < 0.0:
         root = root.mirrored  # as the solver is
     teeth = face.teeth if gear == DRIVER else -face.teeth
     force = face.load * face.slice_length
-    arcs = _arcs_of_slices(problem, cycle, gear)
+    arcs = face.arc[..., gear]
     places = face.place + solver.offsets[gear]
     stress, largest = [], []
     for forces in (force, _spread_evenly(face)):
         by_torque = [
-            _under_lines(root, teeth, forces[t], arcs, places)
+            _under_lines(root, teeth, forces[t], arcs[t], places)
             for t in range(cycle.torque.size)
         ]
         stress.append(np.stack(by_torque))
@@ -128,24 +128,6 @@ def _tensions_over_width(
         stress=stress[0],
         factor=largest[0] / largest[1],
     )
-
-
-def _arcs_of_slices(problem: ContactProblem, cycle: ContactCycle, gear: int) -> Array:
-    """Arcs (n, k, m) of slices from the tip corner of a gear [m].
-
-    Beyond the ends of the path a corner touches the flank of the mate.
-    """
-    pair, teeth = problem.pair, _gear(problem, gear)
-    roll = pair.pitch_point + pair.base_pitch * cycle.face.path_position
-    if gear == DRIVEN:
-        roll = pair.line_of_action - roll
-    squared = np.maximum(roll, 0.0) ** 2
-    arcs = (teeth.tip_roll_length**2 - squared) / (2.0 * teeth.base_radius)
-    return np.clip(arcs, 0.0, teeth.flank_length)
-
-
-def _gear(problem: ContactProblem, gear: int) -> SpurGear:
-    return (problem.pair.driver, problem.pair.driven)[gear]
 
 
 def _spread_evenly(face: FaceLoads) -> Array:
@@ -180,7 +162,7 @@ def _under_lines(
             if (j, distance := int(teeth[j] - teeth[k])) in effects
         ]
         if parts:
-            tensions[:, k] = np.maximum(np.sum(parts, axis=0).max(axis=1), 0.0)
+            tensions[:, k] = root.largest(np.sum(parts, axis=0))
     return tensions
 
 

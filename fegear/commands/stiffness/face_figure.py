@@ -1,7 +1,8 @@
-"""Pressure over the flank, and load over the face width."""
+"""Pressure over the flank, and load and root stress over the face width."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,13 +17,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from fegear.statics.mesh_result import StaticsResult
+    from fegear.statics.root_stress import RootOverWidth
 
 BEYOND_PATH = 0.15  # that is drawn of the path on either side [base pitches]
 PATH_POINTS = 400
 
 
 def draw_face(result: StaticsResult, title: str = "") -> Figure:
-    """Largest pressure on a flank at the largest torque, and the load over the width.
+    """Largest pressure on a flank at the largest torque, and what is over the width.
 
     A tooth passes all places of the path in one turn.
     """
@@ -31,8 +33,11 @@ def draw_face(result: StaticsResult, title: str = "") -> Figure:
     if face.is_uniform:
         raise ValueError("loads are equal over the face width")
     largest = int(np.argmax(cycle.torque))
-    figure, rows = panels(2, size=(9.0, 8.0), heights=(3.0, 2.0), share=True)
-    flank, load = (row[0] for row in rows)
+    over_width = result.roots.over_width if result.roots else ()
+    heights = (3.0, 2.0, 2.0) if over_width else (3.0, 2.0)
+    size = 9.0, 1.0 + 1.4 * sum(heights)
+    figure, rows = panels(len(heights), size=size, heights=heights, share=True)
+    flank, load, *of_roots = (row[0] for row in rows)
     path = np.linspace(start - BEYOND_PATH, end + BEYOND_PATH, PATH_POINTS)
     pressure = face_along_path(cycle, face.pressure[largest], path)
     half_step = 0.5 * (path[1] - path[0])
@@ -48,7 +53,7 @@ def draw_face(result: StaticsResult, title: str = "") -> Figure:
         vmax=1e-6 * most,
     )
     label = "contact pressure [MPa], that of edges beyond the scale"
-    figure.colorbar(drawn, ax=[flank, load], label=label, extend="max")
+    figure.colorbar(drawn, ax=[row[0] for row in rows], label=label, extend="max")
     for place in (start, end):
         flank.axhline(place, color="0.4", linewidth=0.8, linestyle="--")
     flank.axhline(0.0, color="0.7", linewidth=0.8)
@@ -59,7 +64,9 @@ def draw_face(result: StaticsResult, title: str = "") -> Figure:
         f"{cycle.torque[largest]:g} N m; dashed: ends of the path", fontsize=9
     )
     _draw_load(load, face, result)
-    load.set_xlabel(
+    for axes in of_roots:
+        _draw_roots(axes, over_width, result.cycle.torque)
+    rows[-1][0].set_xlabel(
         "place over the face width [mm], from its middle: near end left, far end right"
     )
     draw_title(figure, title)
@@ -86,3 +93,16 @@ def _draw_load(axes: Axes, face: FaceLoads, result: StaticsResult) -> None:
     axes.set_ylabel("load per width of slices [N/mm]\nmean and range over the cycle")
     axes.set_ylim(bottom=0.0)
     axes.legend(fontsize=8)
+
+
+def _draw_roots(axes: Axes, roots: Sequence[RootOverWidth], torques: Array) -> None:
+    """Largest tension of all teeth over the cycle."""
+    gears = ("driver", "-"), ("driven gear", "--")
+    for t, torque in enumerate(torques):
+        for root, (gear, style) in zip(roots, gears, strict=True):
+            largest = 1e-6 * root.stress[t].max(axis=(0, 1))
+            label = f"{gear}, {torque:g} N m"
+            axes.plot(1e3 * root.place, largest, style, color=color_of(t), label=label)
+    axes.set_ylabel("root stress [MPa]\nlargest over the cycle")
+    axes.set_ylim(bottom=0.0)
+    axes.legend(fontsize=8, ncols=2)

@@ -51,7 +51,7 @@ TABLE_HELP = {
 PICTURE_HELP = {
     "path": f"Draw pressure, root stress, load share and sliding {INTO_PICTURE}: over "
     "the driver's roll angle along the path of contact.",
-    "face": "Draw pressure over the flank, and load over the face width, "
+    "face": "Draw pressure over the flank, and load and root stress over the width, "
     f"{INTO_PICTURE}; needs helical gears, a lead modification or an axial offset.",
     "harris": "Draw the transmission error at each torque, and its peak to peak over "
     f"the torque, {INTO_PICTURE}; needs two torques or more.",

@@ -248,5 +248,6 @@ def _uniform_loads(
         on_path=inside[..., None],
         load=cells.load[..., None],
         pressure=cells.pressure[..., None],
+        arc=cells.arc[..., None, :],
         coupling=np.empty((*cells.shape[:2], 0, 0)),
     )

@@ -25,6 +25,7 @@ FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
 MAX_STEPS = 60
 MIN_PART = 1e-6  # of half a slice that is cut off at an end of the path
 PATH_MARGIN = 0.02  # base pitches from the ends of the path, as edges reach
+SHORTEST = 1e-30  # line of contact [m] in place of none
 SIZE_STEP = 1e-3  # of a contact, for the slope by its size
 LOAD_RTOL = 1e-10  # change of loads over the largest, at which they are solved
 FLOOR = 1e-9  # of a slice's load over the mean, for the size of its contact
@@ -518,6 +519,11 @@ def _store(
     chosen[slices.parts.pair, np.arange(slices.index.size)] = weight[slices.index]
     others = 1.0 - np.eye(count)
     face.coupling[at] = others * (chosen @ slices.smooth @ chosen.T) / cosine**2
+    length = np.zeros((count, m))
+    np.add.at(length, (parts.pair, lines.slices), parts.length)
+    weighted = parts.length[:, None] * parts.arcs
+    np.add.at(face.arc[at], (parts.pair, lines.slices), weighted)
+    face.arc[at] /= np.maximum(length, SHORTEST)[..., None]
     pressure = compliance.pressure(force, parts)
     np.maximum.at(face.pressure[at], (parts.pair, lines.slices), pressure)
     cycle.pressure[at] = face.pressure[at].max(axis=1)
