@@ -62,7 +62,7 @@ def _solve_flanks(
         case PlaneContact():
             return solve_in_plane(problem, torque, places, with_slopes)
         case WidthContact() as width:
-            return solve_over_width(problem, width, torque, places)
+            return solve_over_width(problem, width, torque, places, with_slopes)
 
 
 def coupling_of_pairs(

@@ -68,6 +68,7 @@ def _start_values(
     flank, pitch = entry.flank, problem.contact.pair.base_pitch
     start = entry.start(length, pitch)
     inside = start < flank.high if entry.is_tip else start > flank.low
+    inside &= not flank.gear.twist  # helical pairs carry with others somewhere
     return {
         "start_diameter_mm": 2e3 * math.hypot(flank.gear.base_radius, start),
         "length_mm": 1e3 * length * pitch,

@@ -33,7 +33,6 @@ from fegear.commands.relief.tolerance import tolerance_band
 from fegear.commands.relief.vibration import VibrationBest, VibrationSearch
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
-from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.motion_warnings import motion_warnings
@@ -213,7 +212,6 @@ class ReliefDesign(
     def tasks(self) -> Iterator[Task]:
         study = with_frequencies(self, {"speeds": self.rpm})
         gears = study.gear_set.healthy("optimal reliefs")
-        require_uniform_loads(gears, "optimal reliefs")
         index = mesh_index(gears, study.mesh)
         torques = chosen_torques(gears, study.torque, study.mesh)
         if study.gear_set.preloaded is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -17,6 +17,7 @@ from fegear.contact.problem import ContactFailure, ContactProblem, MeshPositions
 from fegear.contact.result import ContactCycle, FaceLoads, empty_values
 from fegear.contact.width.compliance import TINY, FaceCompliance, LineParts
 from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.flank_changes import FlankChange, changed_flanks
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
 
@@ -355,6 +356,33 @@ class Slices:
         residual = self._residual(solved, size, touches)
         return replace(solved, rate=rate, torque_slope=float(slope), residual=residual)
 
+    def slopes_of(
+        self,
+        solved: SliceLoads,
+        changed: Sequence[LinesOfContact],
+        changes: Sequence[FlankChange],
+    ) -> list[float]:
+        """Slopes of the transmission error at the torque by changes of the flanks.
+
+        The conditions of what touches, and the torque, stay as they are:
+        arm^T M^-1 (closing (dste - dgap) + dclosing (ste - gap)) + darm^T load = 0.
+
+        changed : lines of contact of the same parts, of changed flanks
+        """
+        touches = np.flatnonzero(solved.load > 0.0)
+        index = self.index[touches]
+        by_torque = np.linalg.solve(solved.tangent, self.arm[touches])
+        closing, arm = self.closing[touches], self.arm[touches]
+        deflection = solved.ste - self.gap[touches]
+        slopes = []
+        for lines, change in zip(changed, changes, strict=True):
+            opened = closing * (lines.gap[index] - self.gap[touches])
+            opened -= (lines.closing[index] - closing) * deflection
+            turned = (lines.arm[index] - arm) @ solved.load[touches]
+            rate = (by_torque @ opened - turned) / (by_torque @ closing)
+            slopes.append(float(rate / change.step))
+        return slopes
+
     def _residual(self, solved: SliceLoads, size: float, touches: Touches) -> float:
         """Largest gap or overlap of what touches, and overlap of what does not.
 
@@ -407,18 +435,28 @@ def solve_over_width(
     face: WidthContact,
     torques: Array,
     places: MeshPositions,
+    with_slopes: bool = False,
 ) -> ContactCycle:
-    """Contact at positive torques (t,) [N m] and positions (n,) of a cycle."""
+    """Contact at positive torques (t,) [N m] and positions (n,) of a cycle.
+
+    with_slopes : whether the slopes by reliefs and profiles are asked for
+    """
     positions = places.position
     teeth = pairs_over_width(problem, face, positions)
     gaps = pair_gaps(problem, teeth - places.pitch[:, None], places.back)
     solver = FaceSolver(problem, face)
-    cycle = _empty_cycle(solver, torques, places, teeth)
+    changes = tuple(changed_flanks(problem)) if with_slopes else ()
+    changed_solvers = [FaceSolver(change.problem, face) for change in changes]
+    cycle = _empty_cycle(solver, torques, places, teeth, with_slopes)
     softness = sum(1.0 / flank.kernel.modulus for flank in face.flanks)
     order = np.argsort(-torques)
     for n, position in enumerate(positions):
         require_running()
         lines = solver.lines(teeth, float(position), gaps[n])
+        lines_of_changes = [
+            changed.lines(teeth, float(position), gaps[n])
+            for changed in changed_solvers
+        ]
         no_load = float(lines.gap.min())
         if not math.isfinite(no_load):
             raise ContactFailure(f"no flanks face each other at position {position:g}")
@@ -437,6 +475,9 @@ def solve_over_width(
                 solved = slices.solve(torque, size)
             start = np.maximum(solved.load, 0.0)
             _store(cycle, (int(t), n), slices, solved, no_load)
+            slopes = slices.slopes_of(solved, lines_of_changes, changes)
+            for change, slope in zip(changes, slopes, strict=True):
+                getattr(cycle, change.field)[(int(t), n, *change.at)] = slope
     return cycle
 
 
@@ -450,12 +491,17 @@ def pairs_over_width(
 
 
 def _empty_cycle(
-    solver: FaceSolver, torques: Array, places: MeshPositions, teeth: Indices
+    solver: FaceSolver,
+    torques: Array,
+    places: MeshPositions,
+    teeth: Indices,
+    with_slopes: bool,
 ) -> ContactCycle:
     """Cycle to be filled in, with what is known before."""
     pair, face = solver.problem.pair, solver.face
     sizes = {"t": torques.size, "n": places.position.size, "k": teeth.size}
-    sizes |= {"m": face.slices, "g": 2, "s": 0}
+    sizes |= {"m": face.slices, "g": 2}
+    sizes["s"] = places.position.size if with_slopes else 0
     twist_lead = pair.driver.base_radius * face.driver.kernel.twist * face.places
     loads = empty_values(
         FaceLoads,

@@ -12,6 +12,7 @@ import pytest
 from changed_flanks import with_flanks
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from wide_sets import HELICAL
 
 import fegear
 from fegear.commands.relief.best_relief import (
@@ -28,6 +29,7 @@ from fegear.contact.plane.kernels.cycle import TORQUE
 from fegear.contact.plane.runs import solve_pairs
 from fegear.contact.solve import solve_cycle
 from fegear.files.toml import toml_text
+from fegear.gearset import make_gear_set
 from fegear.gearset.edit import edited
 from fegear.gearset.modifications import Relief
 from fegear.gearset.read import load_tables
@@ -293,3 +295,20 @@ TABLES = st.recursive(
 @given(TABLES)
 def test_tables_come_back_from_their_text(tables):
     assert tomllib.loads(toml_text(tables)) == tables
+
+
+@pytest.mark.slow
+def test_helical_gears_have_no_better_relief_on_a_grid():
+    """Of one magnitude and length for both gears, by slopes of slices."""
+    gears = make_gear_set(HELICAL)
+    torques = np.array([120.0])
+    contact = contact_problem(gears, 0, COARSE)
+    ranges = relief_ranges(contact, TIPS)
+    problem = ReliefProblem(contact, ranges, torques, POSITIONS, 30e-6, symmetric=True)
+    best = find_best_relief(problem, starting_designs(problem, 3), ReliefObjective())
+    (_, most), (_, longest) = problem.bounds
+    sizes = itertools.product(most * np.arange(6) / 5.0, longest * np.arange(1, 6) / 5)
+    on_grid = [peak_to_peak(problem.ste(np.array(one))[0])[0] for one in sizes]
+    without = on_grid[0]
+    assert best.value <= 1.001 * min(on_grid)
+    assert best.value < 0.6 * without

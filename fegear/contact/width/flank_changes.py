@@ -1,0 +1,57 @@
+"""Small changes of the flanks, whose effect on the transmission error is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from fegear.contact.problem import ContactProblem
+
+# Of a depth, in which the gap is linear, and of a roll length, small beside a slice [m]
+DEPTH_STEP, ROLL_STEP = 1e-7, 1e-6
+RELIEFS = "tip_relief", "root_relief"
+RELIEF_STEPS = {"magnitude": DEPTH_STEP, "start_roll_length": ROLL_STEP}
+PROFILE_STEPS = {"crowning": DEPTH_STEP, "slope": DEPTH_STEP}
+
+
+class FlankChange(NamedTuple):
+    """A problem with a small change of one flank.
+
+    field, at : where its slope is in a `ContactCycle`, behind torque and position
+    step : by which it is changed [m]
+    """
+
+    problem: ContactProblem
+    field: str
+    at: tuple[int, ...]
+    step: float
+
+
+def changed_flanks(problem: ContactProblem) -> Iterator[FlankChange]:
+    """Changes of the reliefs and profiles that there are."""
+    for gear, flank in enumerate(problem.flanks):
+        for end, name in enumerate(RELIEFS):
+            relief = getattr(flank, name)
+            for i, (other, step) in enumerate(_changes(relief, RELIEF_STEPS)):
+                changed = _with_flank(problem, gear, **{name: other})
+                yield FlankChange(changed, "relief_slope", (gear, end, i), step)
+        for i, (other, step) in enumerate(_changes(flank.profile, PROFILE_STEPS)):
+            changed = _with_flank(problem, gear, profile=other)
+            yield FlankChange(changed, "profile_slope", (gear, i), step)
+
+
+def _changes(
+    modification: Any, steps: Mapping[str, float]
+) -> Iterator[tuple[Any, float]]:
+    """A relief or profile with one of its sizes changed by a step; none of None."""
+    for name, step in steps.items() if modification is not None else ():
+        size = getattr(modification, name) + step
+        yield replace(modification, **{name: size}), step
+
+
+def _with_flank(problem: ContactProblem, gear: int, **changes: Any) -> ContactProblem:
+    flank = replace(problem.flanks[gear], **changes)
+    if gear == 0:
+        return replace(problem, driver=flank)
+    return replace(problem, driven=flank)

@@ -1,0 +1,79 @@
+"""Slopes of the transmission error by reliefs, where loads vary over the width."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from sliced_pairs import problem, slope
+
+from fegear.contact.solve import solve_cycle
+from fegear.gearset.modifications import FlankProfile, Relief
+
+TORQUES, PLACES = [80.0, 200.0], np.arange(4) / 4.0 + 0.05
+CASES = {
+    "straight": lambda: problem(gap=slope(8e-6)),
+    "helical": lambda: problem(18.0),
+    "friction": lambda: problem(18.0, gap=slope(8e-6), friction=0.05),
+}
+GEARS = "driver", "driven"
+
+
+def with_tip_reliefs(contact, sizes):
+    """Magnitude [m] and start before the tip [base pitches] of both gears."""
+    pair, flanks = contact.pair, {}
+    for role, (magnitude, length) in zip(GEARS, sizes, strict=True):
+        tip = getattr(pair, role).tip_roll_length
+        start = tip - length * pair.base_pitch
+        relief = Relief(magnitude=magnitude, start_roll_length=start, shape="parabolic")
+        flanks[role] = replace(getattr(contact, role), tip_relief=relief)
+    return replace(contact, **flanks)
+
+
+def errors(contact):
+    return solve_cycle(contact, TORQUES, PLACES).ste
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_slopes_are_those_of_two_solutions(kind):
+    """To what is left out: places of contact move with the flank, 3 % of the slope."""
+    contact, sizes = CASES[kind](), np.array([[6e-6, 0.4], [5e-6, 0.3]])
+    solved = solve_cycle(with_tip_reliefs(contact, sizes), TORQUES, PLACES, 0, True)
+    steps = 1e-8, 1e-5
+    pitch = contact.pair.base_pitch
+    for gear, size in np.ndindex(2, 2):
+        step = np.zeros((2, 2))
+        step[gear, size] = steps[size]
+        above, below = (
+            errors(with_tip_reliefs(contact, sizes + sign * step)) for sign in (1, -1)
+        )
+        expected = (above - below) / (2.0 * steps[size])
+        ours = solved.relief_slope[:, :, gear, 0, size] * (1.0, -pitch)[size]
+        assert np.abs(ours - expected).max() < 0.03 * np.abs(expected).max()
+
+
+def test_slopes_by_profiles_are_those_of_two_solutions():
+    contact, step = CASES["helical"](), 1e-8
+
+    def with_profile(**sizes):
+        driver = replace(contact.driver, profile=FlankProfile(**sizes))
+        return replace(contact, driver=driver)
+
+    sizes = {"crowning": 4e-6, "slope": -3e-6}
+    solved = solve_cycle(with_profile(**sizes), TORQUES, PLACES, 0, True)
+    for i, name in enumerate(sizes):
+        above, below = (
+            errors(with_profile(**{**sizes, name: sizes[name] + sign * step}))
+            for sign in (1, -1)
+        )
+        expected = (above - below) / (2.0 * step)
+        ours = solved.profile_slope[:, :, 0, i]
+        assert np.abs(ours - expected).max() < 0.03 * np.abs(expected).max()
+    assert (solved.profile_slope[:, :, 1] == 0.0).all()
+
+
+def test_nothing_is_kept_that_was_not_asked_for():
+    contact = with_tip_reliefs(CASES["straight"](), [[6e-6, 0.4], [5e-6, 0.3]])
+    solved = solve_cycle(contact, TORQUES[:1], PLACES[:2])
+    assert solved.relief_slope.shape == (1, 0, 2, 2, 2)
