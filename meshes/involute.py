@@ -66,6 +66,11 @@ class Involute:
         return math.atan(self.twist * self.base_radius)
 
     @property
+    def base_helix_cosine(self) -> float:
+        """Cosine of that angle, by which normals are inclined; 1 of spur gears."""
+        return math.cos(self.base_helix_angle)
+
+    @property
     def helix_cosine(self) -> float:
         """Cosine of the helix angle on the reference cylinder, 1 of spur gears."""
         return math.cos(math.atan(self.twist * self.reference_radius))

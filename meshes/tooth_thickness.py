@@ -1,7 +1,9 @@
 """Tooth thickness by what a drawing states of it: span and dimension over pins.
 
-Lengths are in metres. Thickness is the arc on the reference circle. Formulas are those
-of Dudley, Handbook of Practical Gear Design, and of DIN 3960.
+Lengths are in metres. Thickness is the arc on the reference circle, across the axis.
+Tools touch helical teeth along normals, which are inclined by the base helix angle, and
+pins are balls there. Formulas are those of Dudley, Handbook of Practical Gear Design,
+and of DIN 3960.
 """
 
 from __future__ import annotations
@@ -20,12 +22,14 @@ def span(gear: Involute, thickness: float, teeth: int) -> float:
     base_thickness = math.cos(gear.pressure_angle) * (
         thickness + 2.0 * gear.reference_radius * involute(gear.pressure_angle)
     )
-    return (teeth - 1) * gear.base_pitch + base_thickness
+    across = (teeth - 1) * gear.base_pitch + base_thickness
+    return across * gear.base_helix_cosine
 
 
 def thickness_of_span(gear: Involute, length: float, teeth: int) -> float:
     """Thickness whose base tangent length over some teeth is `length`."""
-    base_thickness = length - (teeth - 1) * gear.base_pitch
+    across = length / gear.base_helix_cosine
+    base_thickness = across - (teeth - 1) * gear.base_pitch
     angle = gear.pressure_angle
     return base_thickness / math.cos(angle) - 2.0 * gear.reference_radius * involute(
         angle
@@ -38,7 +42,7 @@ def pin_circle_radius(gear: Involute, thickness: float, pin: float) -> float:
     Raises ValueError where the pin is too small to touch both flanks.
     """
     value = 0.5 * thickness / gear.reference_radius + involute(gear.pressure_angle)
-    value += 0.5 * pin / gear.base_radius - math.pi / gear.teeth
+    value += _half_pin_angle(gear, pin) - math.pi / gear.teeth
     if not value > 0.0:
         raise ValueError("the pin touches no flanks")
     return gear.base_radius / math.cos(inverse_involute(value))
@@ -59,8 +63,13 @@ def thickness_of_pins(gear: Involute, dimension: float, pin: float) -> float:
     if not radius > gear.base_radius:
         raise ValueError("the pins are not outside the base circle")
     center = involute(math.acos(gear.base_radius / radius))
-    half = center - involute(gear.pressure_angle) - 0.5 * pin / gear.base_radius
+    half = center - involute(gear.pressure_angle) - _half_pin_angle(gear, pin)
     return 2.0 * gear.reference_radius * (half + math.pi / gear.teeth)
+
+
+def _half_pin_angle(gear: Involute, pin: float) -> float:
+    """Half of the angle that a pin takes up on the base circle, across the axis."""
+    return 0.5 * pin / (gear.base_radius * gear.base_helix_cosine)
 
 
 def least_pin_dimension(gear: Involute, pin: float) -> float:
@@ -87,15 +96,16 @@ class Contact:
         return math.hypot(gear.base_radius, self.roll_length)
 
 
-def span_contact(length: float) -> Contact:
+def span_contact(gear: Involute, length: float) -> Contact:
     """The planes touch both flanks at equal radii."""
-    return Contact(0.5 * length)
+    return Contact(0.5 * length * gear.base_helix_cosine)
 
 
 def pin_contact(gear: Involute, thickness: float, pin: float) -> Contact:
     """The line of contact goes through the centre of the pin."""
     radius = pin_circle_radius(gear, thickness, pin)
-    return Contact(math.sqrt(radius**2 - gear.base_radius**2) - 0.5 * pin)
+    along = 0.5 * pin * gear.base_helix_cosine
+    return Contact(math.sqrt(radius**2 - gear.base_radius**2) - along)
 
 
 def require_on_flank(gear: SpurGear, contact: Contact, field: str) -> None:
@@ -119,30 +129,36 @@ def require_seated(gear: SpurGear, pin: float) -> None:
         raise GeometryError("pin", "the pin touches the root")
 
 
-def default_span_teeth(gear: SpurGear) -> int | None:
+def default_span_teeth(gear: SpurGear, width: float = math.inf) -> int | None:
     """Number of teeth whose span touches flanks nearest to radius r + x m.
 
-    None where no span touches the involute. All spans that do differ by base pitches.
+    None where no span touches the involute, or both flanks of helical teeth within the
+    face width. All spans that do differ by base pitches along the normal.
     """
     radius = gear.reference_radius + gear.profile_shift * gear.module
     roll = math.sqrt(max(0.0, radius**2 - gear.base_radius**2))
     first = span(gear, gear.tooth_thickness, 1)
-    usual = max(1, 1 + round((2.0 * roll - first) / gear.base_pitch))
+    cosine = gear.base_helix_cosine
+    usual = max(
+        1, 1 + round((2.0 * roll / cosine - first) / (gear.base_pitch * cosine))
+    )
     numbers = sorted(range(max(1, usual - 2), usual + 3), key=lambda k: abs(k - usual))
-    return next((k for k in numbers if _span_fits(gear, k)), None)
+    return next((k for k in numbers if _span_fits(gear, k, width)), None)
 
 
-def _span_fits(gear: SpurGear, teeth: int) -> bool:
+def _span_fits(gear: SpurGear, teeth: int, width: float) -> bool:
     length = span(gear, gear.tooth_thickness, teeth)
-    return 2 * teeth <= gear.teeth and span_contact(length).is_on_flank(gear)
+    if length * math.sin(abs(gear.base_helix_angle)) >= width:
+        return False
+    return 2 * teeth <= gear.teeth and span_contact(gear, length).is_on_flank(gear)
 
 
 def default_pin_diameter(gear: SpurGear) -> float | None:
-    """1.728 modules, else the pin that touches flanks at radius r + x m.
+    """1.728 normal modules, else the pin that touches flanks near radius r + x m.
 
     None where neither touches the involute and protrudes over the tip circle.
     """
-    pins = DEFAULT_PIN_MODULES * gear.module, _pin_at_shifted_circle(gear)
+    pins = DEFAULT_PIN_MODULES * gear.normal_module, _pin_at_shifted_circle(gear)
     return next((pin for pin in pins if pin and _pin_fits(gear, pin)), None)
 
 
@@ -153,7 +169,8 @@ def _pin_at_shifted_circle(gear: SpurGear) -> float | None:
         return None
     angle = math.acos(gear.base_radius / radius)
     space = math.pi / gear.teeth - gear.half_angle(radius)
-    return 2.0 * gear.base_radius * (math.tan(angle + space) - math.tan(angle))
+    across = 2.0 * gear.base_radius * (math.tan(angle + space) - math.tan(angle))
+    return across * gear.base_helix_cosine
 
 
 def _pin_fits(gear: SpurGear, pin: float) -> bool:

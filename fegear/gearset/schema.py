@@ -248,11 +248,11 @@ class GearDefaults(Keys):
     )
     pin_dimension_mm: Length | None = Field(
         default=None,
-        description="Dimension over two pins in opposite spaces, or nearly opposite if "
-        "the number of teeth is odd; instead of span_mm.",
+        description="Dimension over two pins, or balls of helical teeth, in opposite "
+        "spaces, or nearly opposite if the number of teeth is odd; instead of span_mm.",
     )
     pin_diameter_mm: Length | None = Field(
-        default=None, description="Diameter of the pins of pin_dimension_mm."
+        default=None, description="Diameter of the pins or balls of pin_dimension_mm."
     )
     material: MaterialName = Field(
         default=STEEL,
@@ -358,11 +358,6 @@ class GearEntry(GearDefaults):
             raise ValueError(
                 f"helix_angle_deg = {self.helix_angle_deg:g}; must be 0 of an internal "
                 "gear"
-            )
-        for key in self.present(*PIN_KEYS):
-            raise ValueError(
-                f"{key} = {getattr(self, key):g}; not known of helical gears, "
-                f"helix_angle_deg = {self.helix_angle_deg:g}"
             )
         return self
 

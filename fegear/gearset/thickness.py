@@ -71,8 +71,7 @@ def measured_thickness(entry: GearEntry, gear: Involute) -> tuple[str, float | N
     if entry.span_mm is not None and entry.span_teeth is not None:
         _require_span_teeth(entry, entry.span_teeth)
         origin = f"span_mm = {shown(entry.span_mm)} over {entry.span_teeth} teeth"
-        span = entry.span_mm * MM / _base_helix_cosine(entry)
-        return origin, thickness_of_span(gear, span, entry.span_teeth)
+        return origin, thickness_of_span(gear, entry.span_mm * MM, entry.span_teeth)
     if entry.pin_dimension_mm is not None and entry.pin_diameter_mm is not None:
         dimension, pin = entry.pin_dimension_mm, entry.pin_diameter_mm
         origin = f"pin_dimension_mm = {shown(dimension)} over pins of {shown(pin)} mm"
@@ -84,18 +83,6 @@ def measured_thickness(entry: GearEntry, gear: Involute) -> tuple[str, float | N
                 f'gear "{entry.name}": {origin}; must be above {least_dimension} mm'
             ) from None
     return "", None
-
-
-def _base_helix_cosine(entry: GearEntry) -> float:
-    """Cosine of the angle by which a base tangent is inclined, 1 of spur gears.
-
-    From sin(beta_b) = sin(beta) cos(alpha_n).
-    """
-    helix, angle = (
-        math.radians(value)
-        for value in (entry.helix_angle_deg, entry.pressure_angle_deg)
-    )
-    return math.sqrt(1.0 - (math.sin(helix) * math.cos(angle)) ** 2)
 
 
 def _require_span_teeth(entry: GearEntry, count: int) -> None:
@@ -112,8 +99,8 @@ def require_measurable(entry: GearEntry, gear: SpurGear) -> None:
     """Require that what was measured touches the involute flanks of the gear."""
     try:
         if entry.span_mm is not None:
-            across = entry.span_mm * MM * _base_helix_cosine(entry)
-            require_on_flank(gear, span_contact(across), "span")
+            contact = span_contact(gear, entry.span_mm * MM)
+            require_on_flank(gear, contact, "span")
         if entry.pin_diameter_mm is not None:
             pin = entry.pin_diameter_mm * MM
             contact = pin_contact(gear, gear.tooth_thickness, pin)

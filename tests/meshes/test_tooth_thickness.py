@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from conftest import make_gear
+from conftest import make_gear, make_helical
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize
 
 from meshes import GeometryError
 from meshes.involute import Involute
@@ -30,6 +30,7 @@ from meshes.tooth_thickness import (
 )
 
 MIRROR = np.array([-1.0, 1.0])
+FINE = {"xatol": 1e-12, "fatol": 1e-16, "maxiter": 2000}
 involutes = st.builds(
     Involute,
     teeth=st.integers(5, 300),
@@ -108,6 +109,56 @@ def random_gears(count: int, seed: int):
 GEARS = [*random_gears(12, seed=4), make_gear(38, 15e-3), make_gear(55, 20e-3)]
 
 
+HELICES = [
+    make_helical(teeth, 8e-3, angle, tip_radius=0.5 * 2.54e-3 * teeth + 2.4e-3)
+    for teeth, angle in ((19, 12.0), (24, 30.0), (31, 20.0), (42, 38.0))
+]
+
+
+def test_the_span_of_helical_teeth_is_that_of_the_normal_rack():
+    """W = m_n cos(alpha_n) (pi (k - 1/2) + z inv(alpha_t) + 2 x tan(alpha_n))."""
+    for gear in HELICES:
+        normal = math.atan(math.tan(gear.pressure_angle) * gear.helix_cosine)
+        turns = math.tan(gear.pressure_angle) - gear.pressure_angle
+        for number in (2, 4):
+            units = math.pi * (number - 0.5) + gear.teeth * turns
+            expected = gear.normal_module * math.cos(normal) * units
+            rack = 0.5 * math.pi * gear.module
+            assert span(gear, rack, number) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize("gear", HELICES)
+def test_a_ball_touches_both_helicoids(gear):
+    """The distance of its centre from the flank in three dimensions is its radius."""
+    pin = default_pin_diameter(gear)
+    dimension = pin_dimension(gear, gear.tooth_thickness, pin)
+    across = math.cos(0.5 * math.pi / gear.teeth) if gear.teeth % 2 else 1.0
+    radius = 0.5 * (dimension - pin) / across
+    center = radius * np.array([0.0, 1.0, 0.0])
+
+    def distance(place):
+        # a right flank of the tooth to the left of the space, turned along the axis
+        roll, z = place
+        angle = gear.twist * z + 0.5 * gear.pitch_angle
+        x, y = turn(flank_points(gear, np.array([roll])), -angle)[0]
+        return float(np.linalg.norm(center - [x, y, z]))
+
+    start = pin_contact(gear, gear.tooth_thickness, pin).roll_length
+    nearest = minimize(distance, [start, 0.0], method="Nelder-Mead", options=FINE)
+    assert nearest.fun == pytest.approx(0.5 * pin, rel=1e-7)
+    assert nearest.x[0] == pytest.approx(start, rel=1e-3)
+
+
+def test_spans_fit_the_face_width():
+    gear = HELICES[1]
+    number = default_span_teeth(gear)
+    length = span(gear, gear.tooth_thickness, number)
+    most = length * math.sin(gear.base_helix_angle)
+    assert default_span_teeth(gear, 1.01 * most) == number
+    narrow = default_span_teeth(gear, 0.99 * most)
+    assert narrow is None or narrow < number
+
+
 @pytest.mark.parametrize("gear", GEARS)
 def test_span_is_the_distance_of_parallel_planes(gear):
     """Calipers with their jaws along the axis of symmetry of some teeth."""
@@ -118,7 +169,9 @@ def test_span_is_the_distance_of_parallel_planes(gear):
     assert 0 < widest < len(roll) - 1
     measured = 2.0 * right[widest, 0]
     assert span(gear, gear.tooth_thickness, number) == pytest.approx(measured, rel=1e-9)
-    assert span_contact(measured).roll_length == pytest.approx(roll[widest], rel=1e-3)
+    assert span_contact(gear, measured).roll_length == pytest.approx(
+        roll[widest], rel=1e-3
+    )
 
 
 def tooth_outline(gear) -> np.ndarray:
@@ -152,7 +205,7 @@ def test_pins_touch_the_outline(gear):
 @pytest.mark.parametrize("gear", GEARS)
 def test_usual_tools_touch_flanks_near_the_middle(gear):
     number, pin = default_span_teeth(gear), default_pin_diameter(gear)
-    by_span = span_contact(span(gear, gear.tooth_thickness, number))
+    by_span = span_contact(gear, span(gear, gear.tooth_thickness, number))
     by_pin = pin_contact(gear, gear.tooth_thickness, pin)
     middle = gear.reference_radius + gear.profile_shift * gear.module
     for contact in (by_span, by_pin):

@@ -117,7 +117,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "tip_thickness_mm": 1e3 * teeth.tip_thickness,
         **_normal_tip_figures(teeth),
         "tooth_thickness_mm": 1e3 * teeth.tooth_thickness,
-        **_measured_figures(teeth),
+        **_measured_figures(teeth, gear.face_width),
         "form_roll_angle_deg": math.degrees(teeth.form_roll_length / teeth.base_radius),
         "tip_roll_angle_deg": math.degrees(teeth.tip_roll_length / teeth.base_radius),
         "face_width_mm": 1e3 * gear.face_width,
@@ -178,14 +178,12 @@ def _spring_figures(gear: Gear) -> dict[str, float]:
     }
 
 
-def _measured_figures(teeth: SpurGear) -> dict[str, Any]:
+def _measured_figures(teeth: SpurGear, width: float) -> dict[str, Any]:
     """Return the measures of tooth thickness that a drawing states.
 
-    None where nothing fits; helical gears have none of them.
+    None where nothing fits.
     """
-    if isinstance(teeth, HelicalGear):
-        return {}
-    number, pin = default_span_teeth(teeth), default_pin_diameter(teeth)
+    number, pin = default_span_teeth(teeth, width), default_pin_diameter(teeth)
     thickness = teeth.tooth_thickness
     return {
         "span_teeth": number,

@@ -35,8 +35,8 @@ HEADERS = {
     "tooth_thinning_um": "Tooth thinning [um]",
     "span_teeth": "Base tangent length over teeth",
     "span_mm": "Base tangent length [mm]",
-    "pin_diameter_mm": "Pin diameter [mm]",
-    "pin_dimension_mm": "Dimension over two pins [mm]",
+    "pin_diameter_mm": "Diameter of pins, or balls of helical teeth [mm]",
+    "pin_dimension_mm": "Dimension over two of them [mm]",
     "young_modulus_GPa": "Young's modulus [GPa]",
     "poisson_ratio": "Poisson's ratio",
     "center_distance_mm": "Centre distance [mm]",
@@ -91,6 +91,7 @@ SECTION_OF_FIGURE = {
         ("module_mm", "pressure_angle_deg", "profile_shift", "rack_tip_radius_mm"),
         NORMAL,
     ),
+    "span_mm": NORMAL,
     **dict.fromkeys(("profile_shift_sum", "fitting_profile_shift_sum"), NORMAL),
     **dict.fromkeys(
         ("tooth_thinning_um", "tip_thickness_mm", "tooth_thickness_mm"), TRANSVERSE

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from small_sets import PAIR
 
-from fegear.commands.show.derived import mesh_figures
+from fegear.commands.show.derived import gear_figures, mesh_figures
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
 from fegear.gearset.leads import require_uniform_loads, width_gap
@@ -124,8 +124,8 @@ def test_leads_are_depths_over_the_width():
         ),
         ({"gear": {"internal": True, "rim_radius_mm": 75.0}}, "must be 0 of"),
         (
-            {"gear": {"pin_dimension_mm": 140.0, "pin_diameter_mm": 5.0}},
-            "not known of helical gears",
+            {"gear": {"pin_dimension_mm": 120.0, "pin_diameter_mm": 5.0}},
+            "pin_dimension_mm = 120 over pins of 5 mm; must be above",
         ),
         ({"mesh": {"offset_mm": 27.5}}, "offset_mm = 27.5; must be at most 27 mm"),
         ({"mesh": {"lead": {"end_relief_um": 5}}}, "end_relief_length_mm is needed"),
@@ -241,6 +241,24 @@ def test_a_base_tangent_gives_the_thinning_of_a_helical_gear(helix_deg, shift):
     of_pair["gear"][0]["tooth_thinning_um"] = 1e3 * thinning
     gear = make_gear_set(of_pair).gears[0].geometry
     assert gear.profile_shift / math.cos(beta) == pytest.approx(shift, abs=1e-9)
+
+
+@pytest.mark.parametrize(("helix_deg", "teeth"), [(8.0, 25), (20.0, 26), (35.0, 31)])
+def test_what_show_prints_gives_the_same_teeth(helix_deg, teeth):
+    """Thinning from the base tangent length and from the dimension over balls."""
+    of_pair = tables(helix_angle_deg=helix_deg)
+    of_pair["gear"][0] |= {"teeth": teeth, "tooth_thinning_um": 60.0}
+    figures = gear_figures(make_gear_set(of_pair).gears[0])
+    del of_pair["gear"][0]["tooth_thinning_um"]
+    for keys in (
+        ("span_mm", "span_teeth"),
+        ("pin_dimension_mm", "pin_diameter_mm"),
+    ):
+        measured = {key: figures[key] for key in keys}
+        first = {**of_pair["gear"][0], "profile_shift": 0.2, **measured}
+        changed = {**of_pair, "gear": [first, of_pair["gear"][1]]}
+        gear = make_gear_set(changed).gears[0].geometry
+        assert gear.tooth_thinning == pytest.approx(60e-6, abs=1e-12)
 
 
 def test_the_normal_backlash_is_that_of_the_normal_section():

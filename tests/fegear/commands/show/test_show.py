@@ -142,7 +142,7 @@ def test_layers_have_names_that_cad_takes(tmp_path):
 # radii are of cylinders; these lie along the axis, between axes or about them
 NEITHER_SECTION = re.compile(
     r"_radius_mm|^face_width|common_face|center_distance|offset_mm|center_line_deg"
-    r"|helix_angle_deg|clearance|pitch_error|end_relief_length|positions_deg|phase"
+    r"|helix_angle_deg|clearance|pitch_error|end_relief_length|positions_deg|phase|^pin_"
 )
 LENGTH_OR_ANGLE = re.compile(r"_(mm|um|deg|pitches)$")
 
