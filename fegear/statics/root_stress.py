@@ -20,7 +20,8 @@ from lumped.common.array_types import Array, Indices
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-POSITIONS_PER_BLOCK = 4096  # whose stress along the fillets is held at a time
+# whose stress along the fillets, and over the width too, is held at a time
+POSITIONS_PER_BLOCK, POSITIONS_OVER_WIDTH = 4096, 256
 DRIVER, DRIVEN = 0, 1
 
 
@@ -117,11 +118,11 @@ def _tensions_over_width(
     places = face.place + solver.offsets[gear]
     stress, largest = [], []
     for forces in (force, _spread_evenly(face)):
-        by_torque = [
-            _under_lines(root, teeth, forces[t], arcs[t], places)
-            for t in range(cycle.torque.size)
-        ]
-        stress.append(np.stack(by_torque))
+        stress.append(np.empty((*cycle.load.shape, root.places.size)))
+        for t in range(cycle.torque.size):
+            for rows in _blocks(cycle.position.size, POSITIONS_OVER_WIDTH):
+                lines = forces[t, rows], arcs[t, rows]
+                stress[-1][t, rows] = _under_lines(root, teeth, *lines, places)
         largest.append(stress[-1].max(axis=(1, 2, 3)))
     return RootOverWidth(
         place=root.places - solver.offsets[gear],
@@ -175,7 +176,7 @@ def _tensions(
     normal = cycle.load / problem.face_width
     rootward = problem.friction * sliding_sign(path_positions(cycle)) * normal
     tensions = np.empty_like(normal)
-    for rows in _blocks(cycle.position.size):
+    for rows in _blocks(cycle.position.size, POSITIONS_PER_BLOCK):
         loads = [
             FlankLoad(
                 int(tooth),
@@ -197,9 +198,9 @@ def _tensions(
     return tensions
 
 
-def _blocks(count: int) -> Iterator[slice]:
-    for start in range(0, count, POSITIONS_PER_BLOCK):
-        yield slice(start, start + POSITIONS_PER_BLOCK)
+def _blocks(count: int, size: int) -> Iterator[slice]:
+    for start in range(0, count, size):
+        yield slice(start, start + size)
 
 
 def relative_change(stresses: RootStresses, others: RootStresses) -> Array:
