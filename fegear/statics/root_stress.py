@@ -108,10 +108,9 @@ def _tensions_over_width(
     gear: int,
     root: WideRoot,
 ) -> RootOverWidth:
-    face, flank = cycle.face, solver.flanks[gear]
-    of_gear = (problem.pair.driver, problem.pair.driven)[gear]
-    if flank.kernel.twist * of_gear.twist < 0.0:
-        root = root.mirrored  # as the solver is
+    face = cycle.face
+    if face.base_helix_angle * problem.pair.driver.twist < 0.0:
+        root = root.mirrored  # as the contact was
     teeth = face.teeth if gear == DRIVER else -face.teeth
     force = face.load * face.slice_length
     arcs = face.arc[..., gear]
