@@ -452,16 +452,19 @@ def solve_over_width(
     order = np.argsort(-torques)
     for n, position in enumerate(positions):
         require_running()
-        lines = solver.lines(teeth, float(position), gaps[n])
-        lines_of_changes = [
-            changed.lines(teeth, float(position), gaps[n])
-            for changed in changed_solvers
-        ]
+        lines, *lines_of_changes = (
+            one.lines(teeth, float(position), gaps[n])
+            for one in (solver, *changed_solvers)
+        )
         no_load = float(lines.gap.min())
         if not math.isfinite(no_load):
             raise ContactFailure(f"no flanks face each other at position {position:g}")
+        # from there on, so that round-off is that of the deflection
+        lines, *lines_of_changes = (
+            replace(one, gap=one.gap - no_load) for one in (lines, *lines_of_changes)
+        )
         per_width = torques.max() / problem.pair.driver.base_radius / face.width
-        limit = no_load + FIRST_GUESS * per_width * softness
+        limit = FIRST_GUESS * per_width * softness
         start = None
         slices = solver.candidates(lines, teeth, limit)
         for t in order:
@@ -469,8 +472,7 @@ def solve_over_width(
             size = solver.contact_size(torque, lines)
             solved = slices.solve(torque, size, start)
             while solved.ste > limit:
-                # transmission errors of gaps may be negative, deflections are not
-                limit = no_load + LIMIT_GROWTH * (limit - no_load)
+                limit *= LIMIT_GROWTH
                 slices = solver.candidates(lines, teeth, limit)
                 solved = slices.solve(torque, size)
             start = np.maximum(solved.load, 0.0)
@@ -540,12 +542,12 @@ def _store(
     def by_pair(values: Array) -> Array:
         return np.bincount(parts.pair, values, count).astype(float)
 
-    cycle.ste[at], cycle.no_load[at] = solved.ste, no_load
+    cycle.ste[at], cycle.no_load[at] = no_load + solved.ste, no_load
     cycle.local_stiffness[at] = solved.torque_slope / cycle.base_radius
     cycle.residual[at] = solved.residual
     normal = by_pair(force)
     cycle.load[at], cycle.load_slope[at] = cosine * normal, cosine * by_pair(rate)
-    np.minimum.at(cycle.gap[at], parts.pair, lines.gap)
+    np.minimum.at(cycle.gap[at], parts.pair, no_load + lines.gap)
     carries = normal > 0.0
     # of a pair without load that of the part that closes first
     first = np.zeros(force.size)

@@ -210,3 +210,17 @@ def test_bands_at_a_sharp_edge_do_not_depend_on_slices():
         bands.append(float(largest_of_bands(values)))
     assert slices[-1] > 2.5 * slices[0]
     assert bands == pytest.approx([bands[0]] * 4, rel=1e-12)
+
+
+@pytest.mark.parametrize("depth", [12e-6, 300e-6])
+@pytest.mark.parametrize("torque", [1e-6, 1e-3, 10.0])
+def test_light_loads_are_solved_whatever_the_gap(torque, depth):
+    """A gap below zero is one above it in a mirror, and a rotation."""
+    one, other = (problem(gap=slope(sign * depth)) for sign in (1, -1))
+    opened, closed = (solve_cycle(p, [torque], [0.1, 0.6]) for p in (one, other))
+    largest = opened.face.load.max()
+    apart = opened.face.load - closed.face.load[..., ::-1]
+    assert np.abs(apart).max() < 1e-6 * largest
+    deflections = (c.ste - c.no_load for c in (opened, closed))
+    first, second = deflections
+    assert second == pytest.approx(first, rel=1e-5)
