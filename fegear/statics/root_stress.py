@@ -9,7 +9,7 @@ import numpy as np
 
 from fegear.contact.path import path_positions, sliding_sign
 from fegear.contact.problem import ContactProblem
-from fegear.contact.result import ContactCycle, FaceLoads
+from fegear.contact.result import ContactCycle
 from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.root_stress import MAX_TOOTH_OFFSET, FlankLoad, RootInfluence
 from fegear.elasticity.sector import RIGHT
@@ -31,13 +31,21 @@ class RootOverWidth(NamedTuple):
     place : (z,) from the middle of the common face width [m]
     stress : (t, n, k, z) largest tension across the fillet of the teeth in each pair on
         the side of their loaded flanks [Pa]
-    factor : (t,) K_Fbeta, the largest over that of loads that are spread evenly over
-        each line of contact
     """
 
     place: Array
     stress: Array
-    factor: Array
+
+    @property
+    def over_cycle(self) -> Array:
+        """Largest of all teeth over the mesh cycle (t, z) [Pa]."""
+        return np.asarray(self.stress.max(axis=(1, 2)))
+
+    @property
+    def factor(self) -> Array:
+        """K_Fbeta (t,): the largest over the mean over the width, of `over_cycle`."""
+        mean = np.trapezoid(self.over_cycle, self.place) / np.ptp(self.place)
+        return np.asarray(self.over_cycle.max(axis=1) / mean)
 
     def largest_at(self, t: int) -> tuple[int, int, int]:
         """Position, pair and place of the largest at a torque, by their indices."""
@@ -115,27 +123,12 @@ def _tensions_over_width(
     force = face.load * face.slice_length
     arcs = face.arc[..., gear]
     places = face.place + solver.offsets[gear]
-    stress, largest = [], []
-    for forces in (force, _spread_evenly(face)):
-        stress.append(np.empty((*cycle.load.shape, root.places.size)))
-        for t in range(cycle.torque.size):
-            for rows in _blocks(cycle.position.size, POSITIONS_OVER_WIDTH):
-                lines = forces[t, rows], arcs[t, rows]
-                stress[-1][t, rows] = _under_lines(root, teeth, *lines, places)
-        largest.append(stress[-1].max(axis=(1, 2, 3)))
-    return RootOverWidth(
-        place=root.places - solver.offsets[gear],
-        stress=stress[0],
-        factor=largest[0] / largest[1],
-    )
-
-
-def _spread_evenly(face: FaceLoads) -> Array:
-    """Forces (t, n, k, m) of pairs that are spread over their lines of contact [N]."""
-    total = (face.load * face.slice_length).sum(axis=3, keepdims=True)
-    touches = face.on_path | (face.load > 0.0)
-    count = np.maximum(touches.sum(axis=3, keepdims=True), 1)
-    return np.asarray(np.where(touches, total / count, 0.0))
+    stress = np.empty((*cycle.load.shape, root.places.size))
+    for t in range(cycle.torque.size):
+        for rows in _blocks(cycle.position.size, POSITIONS_OVER_WIDTH):
+            lines = force[t, rows], arcs[t, rows]
+            stress[t, rows] = _under_lines(root, teeth, *lines, places)
+    return RootOverWidth(root.places - solver.offsets[gear], stress)
 
 
 def _under_lines(

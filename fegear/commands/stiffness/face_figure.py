@@ -100,7 +100,7 @@ def _draw_roots(axes: Axes, roots: Sequence[RootOverWidth], torques: Array) -> N
     gears = ("driver", "-"), ("driven gear", "--")
     for t, torque in enumerate(torques):
         for root, (gear, style) in zip(roots, gears, strict=True):
-            largest = 1e-6 * root.stress[t].max(axis=(0, 1))
+            largest = 1e-6 * root.over_cycle[t]
             label = f"{gear}, {torque:g} N m"
             axes.plot(1e3 * root.place, largest, style, color=color_of(t), label=label)
     axes.set_ylabel("root stress [MPa]\nlargest over the cycle")

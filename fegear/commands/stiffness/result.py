@@ -84,8 +84,8 @@ ROOT_COLUMNS: Columns = {
 }
 ROOT_TITLE = (
     "Root stress over the face width, tension across the fillets on the side of the "
-    "loaded flanks; K_Fbeta: the largest over that of the same loads of "
-    "pairs spread evenly over their lines of contact"
+    "loaded flanks; K_Fbeta: the largest over the mean over the width, of "
+    "values that are the largest over the cycle"
 )
 
 DROP_COLUMNS: Columns = {
