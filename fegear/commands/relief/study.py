@@ -31,6 +31,7 @@ from fegear.commands.relief.objective import Objective, ReliefObjective
 from fegear.commands.relief.result import ReliefResult
 from fegear.commands.relief.tolerance import tolerance_band
 from fegear.commands.relief.vibration import VibrationBest, VibrationSearch
+from fegear.contact.plane.contact import PlaneContact
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
 from fegear.gearset.model import GearSet
@@ -68,6 +69,7 @@ STATIC_GOALS: tuple[Objective, ...] = ("largest", "mean", "harmonics")
 SHOWN_TORQUES = 41  # of the figure
 MAX_OVER_ERROR = 2.0  # default largest relief over the largest transmission error
 MAX_ORDER = 64
+FEW_POSITIONS = 16  # of a first search
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
     exposed=expose("friction", "positions", "plane", "resolution"),
@@ -347,9 +349,16 @@ class ReliefDesign(
         self, problem: ReliefProblem, objective: ReliefObjective, job: Job
     ) -> BestRelief:
         starts = starting_designs(problem, self.starts)
-        return find_best_relief(
-            problem, starts, objective, partial(job.report, "searches")
-        )
+        report = partial(job.report, "searches")
+        few = replace(problem, positions=_few_positions(problem, objective))
+        is_quick = isinstance(problem.contact.solver, PlaneContact)
+        if is_quick or few.positions.size == problem.positions.size:
+            return find_best_relief(problem, starts, objective, report)
+        # slices take long: at all positions from the best at few of them on
+        first = find_best_relief(few, starts, objective, report)
+        best = find_best_relief(problem, [first.design], objective, report)
+        evaluations = first.evaluations + best.evaluations
+        return replace(best, evaluations=evaluations, starts=first.starts)
 
     def _search_least_vibration(
         self,
@@ -432,6 +441,19 @@ class ReliefDesign(
             "difference": band.difference,
             "samples": band.samples,
         }
+
+
+def _few_positions(problem: ReliefProblem, objective: ReliefObjective) -> Array:
+    """Equal steps among the positions of a problem, which resolve its objective."""
+    positions, least = problem.positions, FEW_POSITIONS
+    if objective.name == "harmonics":
+        least = max(least, 2 * max(objective.harmonics) + 1)
+    steps = [
+        step
+        for step in range(1, positions.size + 1)
+        if positions.size % step == 0 and positions.size // step >= least
+    ]
+    return np.asarray(positions[:: max(steps, default=1)])
 
 
 def _transmission_errors(
