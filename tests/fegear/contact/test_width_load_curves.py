@@ -141,11 +141,10 @@ def test_every_second_position_is_enough(contact):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("depth_um", [12.0, 40.0])
-def test_curves_reach_as_far_whichever_way_axes_are_misaligned(depth_um):
+def test_curves_reach_as_far_whichever_way_axes_are_misaligned():
     """The gap is the same but for a rotation, which corners in contact tell alone."""
     loads = []
-    for gap in (depth_um, -depth_um):
+    for gap in (40.0, -40.0):
         pair = {**SPUR["mesh"][0], "misalignment_um": gap}
         gears = make_gear_set({**SPUR, "mesh": [pair]})
         settings = fegear.ExcitationSettings(resolution="coarse")
