@@ -128,7 +128,9 @@ def _largest_root_stress(table: MeshTable, gear: str, t: int) -> float | None:
 
 
 def _roots_over_width(roots: RootStresses | None, t: int) -> dict[str, float]:
-    """Where root stress is largest over the width, and K_Fbeta, where it varies."""
+    """Place of the largest root stress and K_Fbeta of both gears; of loads that vary
+    over the width alone.
+    """
     figures: dict[str, float] = {}
     for gear, root in zip(GEARS, roots.over_width if roots else (), strict=False):
         _, _, z = root.largest_at(t)

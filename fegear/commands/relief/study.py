@@ -241,8 +241,9 @@ class ReliefDesign(
         self, index: int, torques: tuple[float, ...], job: Job
     ) -> ReliefResult:
         """Find the best reliefs of a mesh, by its index, at torques [N m]."""
-        gears, settings = self.gear_set.loaded, self.elements
-        quick_settings = replace(settings, estimate_error=False, root_stress=False)
+        gears = self.gear_set.loaded
+        settings = replace(self.elements, root_stress=False)
+        quick_settings = replace(settings, estimate_error=False)
         before = mesh_statics(
             gears, index, torques, quick_settings, job.report
         ).cycle.ste
@@ -315,7 +316,8 @@ class ReliefDesign(
     ) -> ReliefProblem:
         """The sought reliefs; largest : transmission error [m]."""
         places = PLACES if self.root else PLACES[:2]
-        contact = contact_problem(self.gear_set.loaded, index, self.elements)
+        elements = replace(self.elements, root_stress=False)
+        contact = contact_problem(self.gear_set.loaded, index, elements)
         no_reliefs: dict[str, Any] = {"tip_relief": None}
         if self.root:
             no_reliefs["root_relief"] = None

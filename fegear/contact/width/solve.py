@@ -477,6 +477,8 @@ def solve_over_width(
                 solved = slices.solve(torque, size)
             start = np.maximum(solved.load, 0.0)
             _store(cycle, (int(t), n), slices, solved, no_load)
+            if not changes:
+                continue
             slopes = slices.slopes_of(solved, lines_of_changes, changes)
             for change, slope in zip(changes, slopes, strict=True):
                 getattr(cycle, change.field)[(int(t), n, *change.at)] = slope

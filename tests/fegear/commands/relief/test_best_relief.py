@@ -299,7 +299,7 @@ def test_tables_come_back_from_their_text(tables):
 
 @pytest.mark.slow
 def test_helical_gears_have_no_better_relief_on_a_grid():
-    """Of one magnitude and length for both gears, by slopes of slices."""
+    """Both gears have the same magnitude and length."""
     gears = make_gear_set(HELICAL)
     torques = np.array([120.0])
     contact = contact_problem(gears, 0, COARSE)
