@@ -73,11 +73,13 @@ def back_side_position(pair: GearPair, position: ArrayLike) -> Array:
 
 
 def with_back_flanks(problem: ContactProblem) -> ContactProblem:
-    """The problem with the faults, the helix and the gap that back flanks have."""
+    """The problem with the faults, leads, helix and gap that back flanks have."""
     driver, driven = (
-        flank
-        if flank.faults is None
-        else replace(flank, faults=flank.faults.on_back_flanks)
+        replace(
+            flank,
+            faults=flank.faults and flank.faults.on_back_flanks,
+            lead=flank.lead and flank.lead.of_back_flanks,
+        )
         for flank in problem.flanks
     )
     solver = problem.solver.of_back_flanks

@@ -26,14 +26,22 @@ Values = TypeVar("Values", bound="ContactCycle | FaceLoads")
 def largest_of_bands(values: Array) -> Array:
     """Largest means of values of slices (..., m) over a band of the width (...).
 
-    A band is a part in BANDS of the width anywhere, or a slice where that is wider. At
-    a sharp edge the load per length grows with the number of slices without limit; what
-    a band carries does not.
+    At a sharp edge the load per length grows with the number of slices without limit;
+    what a band carries does not.
+    """
+    return np.asarray(band_means(values).max(axis=-1))
+
+
+def band_means(values: Array) -> Array:
+    """Means (..., b) of values of slices (..., m) over bands of the width.
+
+    A band is a part in BANDS of the width anywhere, or a slice where that is wider. The
+    largest mean is that of a band that begins or ends at an end of a slice.
     """
     slices = values.shape[-1]
     length = max(1.0, slices / BANDS)  # of a band, in slices
     edges = np.arange(slices + 1.0)
-    starts = np.concatenate([edges, edges - length])  # the largest mean is at an edge
+    starts = np.concatenate([edges, edges - length])
     starts = starts[(starts >= 0.0) & (starts <= slices - length)]
     sums = np.zeros((*values.shape[:-1], slices + 1))
     np.cumsum(values, axis=-1, out=sums[..., 1:])
@@ -43,7 +51,7 @@ def largest_of_bands(values: Array) -> Array:
         part = place - index
         return (1.0 - part) * sums[..., index] + part * sums[..., index + 1]
 
-    return np.asarray((sum_to(starts + length) - sum_to(starts)).max(axis=-1) / length)
+    return np.asarray((sum_to(starts + length) - sum_to(starts)) / length)
 
 
 @dataclass(frozen=True)
@@ -51,7 +59,8 @@ class Over:
     """Axes of a field, its value without contact, and its change on back flanks.
 
     axes : letters of torques (t), positions (n), pairs (k), slices (m) and both gears
-        or ends (g), and of positions at which slopes were asked for (s)
+        or ends (g), of positions at which slopes were asked for (s), of sizes of a
+        lead (l) and of changes of the flanks (c)
     empty : value of a pair without contact, and where nothing is filled in
     back : seen from the drive side on back flanks: REVERSED, THROUGH_BACKLASH or as is
     """
@@ -98,6 +107,9 @@ class FaceLoads(ShortRepr):
         What pairs yield under the loads of others, per force in the section and along
         the line of action [m/N]; zero on the diagonal. Of no pairs where loads are
         uniform.
+    load_change : (t, s, k, m, c) array
+        Slopes of the load by the changes of `fegear.contact.width.flank_changes`
+        [N/m^2]; of no positions where they were not asked for.
     """
 
     width: float
@@ -110,6 +122,7 @@ class FaceLoads(ShortRepr):
     pressure: Annotated[Array, Over("tnkm")]
     arc: Annotated[Array, Over("tnkmg")]
     coupling: Annotated[Array, Over("tnkk")]
+    load_change: Annotated[Array, Over("tskmc")]
 
     @property
     def is_uniform(self) -> bool:
@@ -183,6 +196,9 @@ class ContactCycle(ShortRepr):
     profile_slope : (t, n, 2, 2) the same with respect to crowning and slope [m] of the
         profiles of driver and driven gear, at fixed moment arms; 0 for flanks without
         profile; (t, 0, 2, 2) where they were not asked for
+    lead_slope : (t, n, 2, 4) the same with respect to crowning, slope, end relief and
+        its length [m] of the leads of driver and driven gear; 0 for flanks without
+        lead; (t, 0, 2, 4) where they were not asked for
     gap : (t, n, k) transmission error that closes each pair [m]; infinite where its
         flanks do not face each other
     pressure : (t, n, k) largest contact pressure [Pa]
@@ -211,6 +227,7 @@ class ContactCycle(ShortRepr):
     load_slope: Annotated[Array, Over("tnk")]
     relief_slope: Annotated[Array, Over("tsggg")]
     profile_slope: Annotated[Array, Over("tsgg")]
+    lead_slope: Annotated[Array, Over("tsgl")]
     gap: Annotated[Array, Over("tnk", math.inf, THROUGH_BACKLASH)]
     pressure: Annotated[Array, Over("tnk")]
     friction_bending: Annotated[Array, Over("tnk", math.nan)]

@@ -24,7 +24,7 @@ def solve_cycle(
 
     pitches : whole base pitches (n,) that come to the positions; pairs count anew in
         each
-    with_slopes : whether the slopes by reliefs and profiles are asked for
+    with_slopes : whether the slopes by changes of the flanks are asked for
 
     A negative torque turns the driver back through the backlash and loads the other
     flanks. Raises ContactFailure where no solution was found and ValueError

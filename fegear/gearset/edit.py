@@ -34,7 +34,8 @@ def edited(tables: Mapping[str, Any], edits: Mapping[str, Any]) -> dict[str, Any
 
     A relief that is not there yet begins at the HPSTC or LPSTC unless its start is
     set as well; a relief magnitude of 0 takes the relief away, as a size of 0 does a
-    crack, a broken tip or a spall. A planetary set is expanded; what is set in tables
+    crack, a broken tip or a spall; a lead modification without sizes is none.
+    A planetary set is expanded; what is set in tables
     that the file has, such as those of its planet, is set before, the rest in gears and
     meshes of single planets. Raises InputError for a name that leads nowhere.
     """
@@ -69,12 +70,14 @@ def _set_all(tables: dict[str, Any], edits: Mapping[str, Any]) -> None:
         _set_value(tables, name, _python_value(value, name))
     for mesh in _tables_of(tables, "mesh"):
         _complete_reliefs(mesh)
+        _complete_leads(mesh)
     for gear in _tables_of(tables, "gear"):
         _remove_faults_of_no_size(gear)
     for planetary in _tables_of(tables, "planetary"):
         for side in map(planetary.get, MESH_SIDES):
             if isinstance(side, dict):
                 _complete_reliefs(side)
+                _complete_leads(side)
 
 
 def _is_in_file(tables: dict[str, Any], name: str) -> bool:
@@ -237,6 +240,18 @@ def _complete_reliefs(mesh: dict[str, Any]) -> None:
                 del mesh[key]
             elif not relief.keys() & set(START_KEYS):
                 relief["start"] = start
+
+
+def _complete_leads(mesh: dict[str, Any]) -> None:
+    """Take away an end relief of no size with its length, and leads of no size."""
+    for key in ("lead", "driver_lead", "driven_lead"):
+        lead = mesh.get(key)
+        if not isinstance(lead, dict):
+            continue
+        if _is_zero(lead.get("end_relief_um")):
+            lead.pop("end_relief_length_mm", None)
+        if lead and all(map(_is_zero, lead.values())):
+            del mesh[key]
 
 
 def _remove_faults_of_no_size(gear: dict[str, Any]) -> None:

@@ -48,28 +48,38 @@ def _lead(entry: LeadEntry | None, slope_um: float) -> FlankLead | None:
     )
 
 
-def width_gap(gear_set: GearSet, mesh: int, places: Array, back: bool = False) -> Array:
+def width_gap(gear_set: GearSet, mesh: int, places: Array) -> Array:
     """Gap between the flanks of a mesh over its common width, along the line of action.
 
-    That of the leads of both gears and of misaligned axes. On back flanks a helix slope
-    is reversed, and an axis that gives way along the normal of the drive flanks comes
-    nearer by the cosine between both normals.
+    That of the leads of both gears and of misaligned axes.
 
-    places : (n,) from the middle of the common width [m]; back : of back flanks
+    places : (n,) from the middle of the common width [m]
 
     Returns (n,) [m].
+    """
+    spec, middles = gear_set.meshes[mesh], gear_set.width_middles(mesh)
+    gap = misaligned_gap(gear_set, mesh, places)
+    for index, flank, middle in zip(spec.gears, spec.flanks, middles, strict=True):
+        if flank.lead is not None:
+            width = gear_set.gears[index].face_width
+            gap = gap + flank.lead.depth(places + middle, width)
+    return gap
+
+
+def misaligned_gap(
+    gear_set: GearSet, mesh: int, places: Array, back: bool = False
+) -> Array:
+    """Gap of misaligned axes (n,) [m], as in `width_gap`.
+
+    On back flanks an axis that gives way along the normal of the drive flanks comes
+    nearer by the cosine between both normals.
+
+    back : of back flanks
     """
     spec = gear_set.meshes[mesh]
     angle = 2.0 * spec.pair.operating_pressure_angle
     misalignment = spec.misalignment * (-math.cos(angle) if back else 1.0)
-    gap = misalignment * (0.5 + places / gear_set.common_width(mesh))
-    middles = gear_set.width_middles(mesh)
-    for index, flank, middle in zip(spec.gears, spec.flanks, middles, strict=True):
-        if flank.lead is not None:
-            lead = flank.lead.of_back_flanks if back else flank.lead
-            width = gear_set.gears[index].face_width
-            gap = gap + lead.depth(places + middle, width)
-    return gap
+    return misalignment * (0.5 + places / gear_set.common_width(mesh))
 
 
 def require_uniform_loads(gear_set: GearSet, task: str) -> None:

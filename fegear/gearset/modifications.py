@@ -18,6 +18,7 @@ ReliefShape = Literal["linear", "parabolic"]
 # monotonic, so that the gap between two flanks has one minimum
 Interpolation = Literal["cubic", "linear"]
 MAX_PROFILE_POINTS = 1000  # of a measured profile; machines print some 500
+LEAD_SIZES = "crowning", "slope", "end_relief", "end_length"  # of a FlankLead
 RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
 
 

@@ -21,7 +21,7 @@ from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
 from fegear.elasticity.sector import cyclic_sector
 from fegear.files.errors import InputError
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
-from fegear.gearset.leads import width_gap
+from fegear.gearset.leads import misaligned_gap
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.schema import mesh_label
@@ -67,6 +67,7 @@ def contact_problem(
             tip_relief=spec.flanks[i].tip_relief,
             root_relief=spec.flanks[i].root_relief,
             profile=side.profile,
+            lead=spec.flanks[i].lead,
             pitch_errors=errors[i],
             faults=side.faults,
             offset=side.offset,
@@ -147,8 +148,8 @@ def _along_width(
         driver=wide[0],
         driven=wide[1],
         width=width,
-        gap=width_gap(gear_set, mesh, places),
-        back_gap=width_gap(gear_set, mesh, places, back=True),
+        gap=misaligned_gap(gear_set, mesh, places),
+        back_gap=misaligned_gap(gear_set, mesh, places, back=True),
         offsets=gear_set.width_middles(mesh),
     )
     # the solver's driver turns counter-clockwise

@@ -12,6 +12,7 @@ UNITS = {
     "Nms_per_rad": "N m s/rad",
     "kg_per_m3": "kg/m3",
     "N_per_mm3": "N/mm3",
+    "N_per_mm": "N/mm",
     "MPa_sqrt_m": "MPa sqrt(m)",
     "J_per_m2": "J/m2",
     "m2_per_N": "m2/N",

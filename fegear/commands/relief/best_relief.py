@@ -1,37 +1,24 @@
-"""Profile relief of least transmission error over torques.
-
-The transmission error of a loaded pair of gears answers a change of the gap of one
-tooth pair by that pair's part of the next increment of the load, its slope over the
-sum of all slopes: this follows from the contact conditions of the nodes that touch,
-whose forces balance the torque before and after. A relief is such a gap, so that the
-solution of the contact gives the derivative of the transmission error with respect to
-every relief without another solution, what it does to moment arms included. What is
-left out is that the nodes of a contact patch follow the point of contact, 1 % of the
-derivatives and less with more nodes.
-"""
+"""The reliefs and leads that make an objective least, by searches from many designs."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from fegear.commands.relief.objective import ReliefObjective, linear_step
-from fegear.contact.problem import ContactProblem
-from fegear.contact.solve import solve_cycle
-from fegear.gearset.modifications import Relief, ReliefShape
-from fegear.gearset.zones import Zones, zones
+from fegear.commands.relief.quantities import SlopedValues
+from fegear.commands.relief.relief_problem import LeadRange, ReliefProblem, ReliefRange
 from lumped.common.array_types import Array
-from lumped.common.units import UM
 
-PLACES = ("driver_tip", "driven_tip", "driver_root", "driven_root")
-MIN_MAGNITUDE = 1e-12  # of a relief [m], by which its derivative is known
-FIRST_RADIUS, MIN_RADIUS = 0.2, 1e-4  # of the trust region, over the range of designs
+# of the trust region, over the range of designs: in a search, and near a best design
+FIRST_RADIUS, NEAR_RADIUS, MIN_RADIUS = 0.2, 0.03, 1e-4
 MAX_STEPS = 60  # of a local search
 RELATIVE_GAIN = 1e-4  # of the objective, below which a step is not taken
 ROUGH_GAIN = 1e-3  # the same of all searches but the last
+FIRST_GAINS = 1e-2, 3e-3  # the same of searches at few positions
 # how far from the best design further searches start, over the range of designs
 NEIGHBOURS = (0.2, 0.1, 0.05, 0.05, 0.3, 0.3, 0.2, 0.1)
 # of the range of designs, within which searches lead to the same one
@@ -46,146 +33,12 @@ START_PATTERNS = (
     ((0.27, 0.6), (0.3, 0.7)),
     ((0.6, 0.27), (0.7, 0.3)),
 )
+# the same of the depths and lengths of leads, and of slopes, which have either sign
+LEAD_PARTS, SLOPE_PARTS = (0.1, 0.3, 0.05, 0.2, 0.4), (0.5, 0.5, 0.5, 0.4, 0.6)
 GOOD_GAIN, POOR_GAIN = 0.75, 0.25  # over the predicted one, for the next radius
-MIN_LENGTH = 0.05  # of a relief [base pitches]
 # over the objective without relief: effect below which a relief is left out, and below
 # which the others are refined without it
 MIN_EFFECT, REFINED_EFFECT = 1e-3, 0.02
-
-
-@dataclass(frozen=True)
-class ReliefRange:
-    """A relief whose magnitude and length are sought.
-
-    place : one of PLACES
-    flank : zones of its gear
-    end : roll length at which the relief is largest [m]
-    lengths : shortest and longest, over the base pitch
-    """
-
-    place: str
-    flank: Zones
-    end: float
-    lengths: tuple[float, float]
-
-    @property
-    def is_tip(self) -> bool:
-        return self.place.endswith("tip")
-
-    @property
-    def index(self) -> tuple[Any, ...]:
-        """Its place in `ContactCycle.relief_slope`."""
-        gear = 0 if self.place.startswith("driver") else 1
-        return ..., gear, 0 if self.is_tip else 1, slice(None)
-
-    def start(self, length: float, base_pitch: float) -> float:
-        """Roll length where a relief of a length in base pitches begins [m]."""
-        distance = length * base_pitch
-        return self.end - distance if self.is_tip else self.end + distance
-
-
-@dataclass(frozen=True)
-class ReliefProblem:
-    """Magnitudes and lengths of reliefs that make the transmission error least.
-
-    contact : of the mesh without the reliefs that are sought
-    ranges : reliefs that are sought
-    torques : on the driver (t,) [N m]; positions : of the mesh cycle (p,)
-    max_magnitude : [m]
-    symmetric : whether reliefs of both gears have one magnitude and one length in
-        base pitches
-    """
-
-    contact: ContactProblem
-    ranges: tuple[ReliefRange, ...]
-    torques: Array
-    positions: Array
-    max_magnitude: float
-    shape: ReliefShape = "linear"
-    symmetric: bool = False
-
-    @property
-    def groups(self) -> tuple[tuple[ReliefRange, ...], ...]:
-        """Ranges that share their magnitude and length, n groups."""
-        if not self.symmetric:
-            return tuple((entry,) for entry in self.ranges)
-        ends = True, False
-        groups = [tuple(e for e in self.ranges if e.is_tip == tip) for tip in ends]
-        return tuple(group for group in groups if group)
-
-    @property
-    def bounds(self) -> list[tuple[float, float]]:
-        """Limits of a design (2 n,): magnitudes [um], then lengths [base pitches]."""
-        magnitudes = [(0.0, self.max_magnitude / UM)] * len(self.groups)
-        limits = [[entry.lengths for entry in group] for group in self.groups]
-        lengths = [
-            (max(low for low, _ in group_limits), min(high for _, high in group_limits))
-            for group_limits in limits
-        ]
-        return magnitudes + lengths
-
-    def separate(self, design: Array) -> tuple[ReliefProblem, Array]:
-        """The problem with each relief by itself, and the design that is the same."""
-        sizes = [len(group) for group in self.groups]
-        ranges = tuple(entry for group in self.groups for entry in group)
-        separate = np.repeat(design.reshape(2, -1), sizes, axis=1).ravel()
-        return replace(self, ranges=ranges, symmetric=False), separate
-
-    def contact_of(self, design: Array) -> ContactProblem:
-        """The contact problem with the reliefs of a design."""
-        pitch = self.contact.pair.base_pitch
-        problem, design = self.separate(design)
-        count = len(problem.ranges)
-        reliefs: dict[str, dict[str, Any]] = {"driver": {}, "driven": {}}
-        for entry, size, length in zip(
-            problem.ranges, design[:count], design[count:], strict=True
-        ):
-            relief = Relief(
-                magnitude=max(UM * float(size), MIN_MAGNITUDE),
-                start_roll_length=entry.start(float(length), pitch),
-                shape=self.shape,
-            )
-            role, _, place = entry.place.partition("_")
-            reliefs[role][f"{place}_relief"] = relief
-        return replace(
-            self.contact,
-            driver=replace(self.contact.driver, **reliefs["driver"]),
-            driven=replace(self.contact.driven, **reliefs["driven"]),
-        )
-
-    def ste(self, design: Array) -> tuple[Array, Array]:
-        """Transmission errors (t, p) [m] and their derivatives (t, p, 2 n)."""
-        contact = self.contact_of(design)
-        cycle = solve_cycle(contact, self.torques, self.positions, with_slopes=True)
-        count, pitch = len(self.groups), contact.pair.base_pitch
-        derivative = np.zeros((*cycle.ste.shape, 2 * count))
-        for i, group in enumerate(self.groups):
-            for entry in group:
-                slopes = cycle.relief_slope[entry.index]
-                by_magnitude, by_start = np.moveaxis(slopes, -1, 0)
-                derivative[..., i] += UM * by_magnitude
-                sign = -1.0 if entry.is_tip else 1.0
-                derivative[..., count + i] += sign * pitch * by_start
-        return cycle.ste, derivative
-
-
-def relief_ranges(
-    contact: ContactProblem, places: Sequence[str]
-) -> tuple[ReliefRange, ...]:
-    """Ranges of reliefs, at most from the pitch point on."""
-    pair = contact.pair
-    pitch_points = {
-        "driver": pair.pitch_point,
-        "driven": pair.line_of_action - pair.pitch_point,
-    }
-    ranges = []
-    for place in places:
-        role = place.partition("_")[0]
-        flank = zones(pair, role)
-        end = flank.tip if place.endswith("tip") else flank.start
-        longest = abs(end - pitch_points[role]) / pair.base_pitch
-        ranges.append(ReliefRange(place, flank, end, (MIN_LENGTH, longest)))
-    return tuple(ranges)
 
 
 def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
@@ -196,17 +49,29 @@ def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
     the tip reliefs of their mates.
     """
     reliefs, bounds = len(problem.groups), np.array(problem.bounds)
+    leads = [
+        SLOPE_PARTS if lead.name == "slope" else LEAD_PARTS
+        for lead in problem.leads
+        for _ in lead.units
+    ]
     patterns = [
-        np.concatenate([np.resize(sizes, reliefs), np.resize(lengths, reliefs)])
-        for sizes, lengths in START_PATTERNS
+        np.concatenate(
+            [
+                np.resize(sizes, reliefs),
+                np.resize(lengths, reliefs),
+                [parts[i] for parts in leads],
+            ]
+        )
+        for i, (sizes, lengths) in enumerate(START_PATTERNS)
     ]
     ratio = 2.0
     for _ in range(60):  # ratio^(d + 1) = ratio + 1
-        ratio = (1.0 + ratio) ** (1.0 / (2 * reliefs + 1))
-    steps = ratio ** -np.arange(1.0, 2 * reliefs + 1.0)
+        ratio = (1.0 + ratio) ** (1.0 / (len(bounds) + 1))
+    steps = ratio ** -np.arange(1.0, len(bounds) + 1.0)
     numbers = np.arange(1, max(0, count - len(patterns)) + 1)
     others = np.mod(0.5 + np.outer(numbers, steps), 1.0)
-    designs = [*patterns, *others * np.repeat([0.7, 1.0], reliefs)]
+    others[:, :reliefs] *= 0.7
+    designs = [*patterns, *others]
     return [bounds[:, 0] + part * np.ptp(bounds, axis=1) for part in designs[:count]]
 
 
@@ -214,9 +79,9 @@ def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
 class BestRelief:
     """A design and what it gives.
 
-    design : magnitudes [um], then lengths [base pitches]
-    measures : of the transmission error at each torque (t,) [m]
-    value : of the objective [m]
+    design : see `ReliefProblem.bounds`
+    measures : the first of the objective in each case (c,)
+    value : of the objective
     evaluations : solutions of the mesh cycle at all torques; starts : of the search
     """
 
@@ -232,14 +97,17 @@ def find_best_relief(
     starts: Sequence[Array],
     objective: ReliefObjective,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    gains: tuple[float, float] = (ROUGH_GAIN, RELATIVE_GAIN),
 ) -> BestRelief:
     """The best of local searches from several designs, then near the best of them.
 
     The largest of many peak-to-peak values has no derivative where two are equal. Each
     step is therefore the solution of a linear program for a design and limits of the
-    transmission error at each torque, with a constraint for each position (epigraph
+    transmission error in each case, with a constraint for each position (epigraph
     form), in a trust region that grows and shrinks with the gain. Searches stop at a
     design where another one ended, and at small gains; the best design is refined.
+
+    gains : of the objective, below which a step is not taken, and of the refinement
     """
     bounds = np.array(problem.bounds)
     random = np.random.default_rng(0)
@@ -257,72 +125,104 @@ def find_best_relief(
             start = np.clip(
                 _best_design(ends) + way * np.ptp(bounds, axis=1), *bounds.T
             )
-        ends.append(_local_search(problem, start, objective, ROUGH_GAIN, ends))
-    ends.append(
-        _local_search(problem, _best_design(ends), objective, RELATIVE_GAIN, ())
-    )
+        ends.append(_local_search(problem, start, objective, gains[0], ends))
+    ends.append(_local_search(problem, _best_design(ends), objective, gains[1], ()))
     progress(total, total)
     best = min(ends, key=lambda end: end.value)
     return BestRelief(
         best.design,
-        objective.measures(problem.ste(best.design)[0]),
+        objective.measures(problem.values(best.design)),
         best.value,
         sum(end.evaluations for end in ends),
         len(starts),
     )
 
 
-def without_idle_reliefs(
+def refined(
+    problem: ReliefProblem, first: BestRelief, objective: ReliefObjective
+) -> BestRelief:
+    """The best design near that of a similar problem, with all solutions until then."""
+    end = _local_search(
+        problem, first.design, objective, ROUGH_GAIN, (), radius=NEAR_RADIUS
+    )
+    return BestRelief(
+        end.design,
+        objective.measures(problem.values(end.design)),
+        end.value,
+        first.evaluations + end.evaluations,
+        first.starts,
+    )
+
+
+Feature = tuple[ReliefRange, ...] | LeadRange  # reliefs of one size, or a lead
+
+
+def without_idle_features(
     problem: ReliefProblem, design: Array, objective: ReliefObjective
 ) -> tuple[ReliefProblem, Array, int]:
-    """The problem and design without reliefs that hardly change the objective.
+    """The problem and design without what hardly changes the objective.
 
-    From the smallest on, each (or that of both gears) is left out if the objective
-    rises by less than MIN_EFFECT of that without any relief. Where the rise is larger,
-    but less than REFINED_EFFECT, the others are refined first. The last value is the
-    number of solutions of the mesh cycle.
+    From the smallest on, each relief (or that of both gears) and lead is left out if
+    the objective rises by less than MIN_EFFECT of that without any. Where the rise is
+    larger, but less than REFINED_EFFECT, the others are refined first. The last value
+    is the number of solutions of the mesh cycle.
     """
-    no_magnitudes = replace(problem, ranges=())
-    objective_without_reliefs = objective.of(no_magnitudes.ste(np.empty(0))[0])
-    value, evaluations = objective.of(problem.ste(design)[0]), 2
-    for group in _groups_by_magnitude(problem, design):
-        reduced_problem, reduced_design = _without_group(problem, design, group)
-        reached = objective.of(reduced_problem.ste(reduced_design)[0])
+    without_any = replace(problem, ranges=(), leads=())
+    largest = objective.of(without_any.values(np.empty(0)))
+    value, evaluations = objective.of(problem.values(design)), 2
+    for feature in _features_by_depth(problem, design):
+        reduced_problem, reduced_design = _without(problem, design, feature)
+        reached = objective.of(reduced_problem.values(reduced_design))
         evaluations += 1
         if (
-            reduced_problem.ranges
-            and MIN_EFFECT
-            < (reached - value) / objective_without_reliefs
-            < REFINED_EFFECT
+            reduced_design.size
+            and MIN_EFFECT < (reached - value) / largest < REFINED_EFFECT
         ):
             end = _local_search(
                 reduced_problem, reduced_design, objective, RELATIVE_GAIN, ()
             )
             reduced_design, reached = end.design, end.value
             evaluations += end.evaluations
-        if reached - value <= MIN_EFFECT * objective_without_reliefs:
+        if reached - value <= MIN_EFFECT * largest:
             problem, design = reduced_problem, reduced_design
     return problem, design, evaluations
 
 
-def _groups_by_magnitude(
-    problem: ReliefProblem, design: Array
-) -> list[tuple[ReliefRange, ...]]:
-    order = np.argsort(design[: len(problem.groups)])
-    return [problem.groups[i] for i in order]
+def _features_by_depth(problem: ReliefProblem, design: Array) -> list[Feature]:
+    depths: list[tuple[float, Feature]] = [
+        (float(size), group)
+        for size, group in zip(problem.parts(design)[0], problem.groups, strict=True)
+    ]
+    for lead, sizes in problem.lead_sizes(design):
+        depths.append((abs(sizes[lead.name]), lead))
+    return [feature for _, feature in sorted(depths, key=lambda entry: entry[0])]
 
 
-def _without_group(
-    problem: ReliefProblem, design: Array, group: tuple[ReliefRange, ...]
+def _without(
+    problem: ReliefProblem, design: Array, feature: Feature
 ) -> tuple[ReliefProblem, Array]:
-    """The problem and design without the reliefs of a group."""
-    is_kept = [other != group for other in problem.groups]
-    ranges = tuple(entry for entry in problem.ranges if entry not in group)
-    return replace(problem, ranges=ranges), design.reshape(2, -1)[:, is_kept].ravel()
+    """The problem and design without the reliefs of a group, or a lead."""
+    magnitudes, lengths, _ = problem.parts(design)
+    keeps = np.array([group != feature for group in problem.groups], bool)
+    leads = [
+        (lead, sizes) for lead, sizes in problem.lead_sizes(design) if lead != feature
+    ]
+    of_leads = [size for _, sizes in leads for size in sizes.values()]
+    fewer = replace(
+        problem,
+        ranges=tuple(
+            entry
+            for group, keep in zip(problem.groups, keeps, strict=True)
+            for entry in group
+            if keep
+        ),
+        leads=tuple(lead for lead, _ in leads),
+    )
+    return fewer, np.concatenate([magnitudes[keeps], lengths[keeps], of_leads])
 
 
 class _SearchEnd(NamedTuple):
-    """Where a search ended: design, objective [m], solutions of the mesh cycle."""
+    """Where a search ended: design, objective, solutions of the mesh cycle."""
 
     design: Array
     value: float
@@ -339,35 +239,36 @@ def _local_search(
     objective: ReliefObjective,
     min_gain: float,
     ends: Sequence[_SearchEnd],
+    radius: float = FIRST_RADIUS,
 ) -> _SearchEnd:
     """Sequential linear programming in a trust region, over scaled designs.
 
     min_gain : of the objective, below which a step is not taken
     ends : of other searches; this one stops near one of them
+    radius : of the first trust region
     """
     bounds = np.array(problem.bounds)
     scale = np.ptp(bounds, axis=1)
-    design, radius = start, FIRST_RADIUS
-    ste, slopes = problem.ste(design)
-    value, evaluations = objective.of(ste), 1
+    design = start
+    responses = problem.responses(design)
+    value, evaluations = objective.of_responses(responses), 1
     for _ in range(MAX_STEPS):
         low = np.maximum((bounds[:, 0] - design) / scale, -radius)
         high = np.minimum((bounds[:, 1] - design) / scale, radius)
-        step, predicted = linear_step(ste, slopes * scale, (low, high), objective)
+        scaled = {
+            name: SlopedValues(values, slopes * scale)
+            for name, (values, slopes) in responses.items()
+        }
+        step, predicted = linear_step(scaled, (low, high), objective)
         if value - predicted < min_gain * value:
             break
         candidate = np.clip(design + scale * step, *bounds.T)
-        ste_there, slopes_there = problem.ste(candidate)
+        responses_there = problem.responses(candidate)
         evaluations += 1
-        candidate_value = objective.of(ste_there)
+        candidate_value = objective.of_responses(responses_there)
         gain = (value - candidate_value) / (value - predicted)
         if gain > 0.0:
-            design, ste, slopes, value = (
-                candidate,
-                ste_there,
-                slopes_there,
-                candidate_value,
-            )
+            design, responses, value = candidate, responses_there, candidate_value
         radius *= 2.0 if gain > GOOD_GAIN else 1.0 if gain > POOR_GAIN else 0.3
         if radius < MIN_RADIUS * min_gain / RELATIVE_GAIN:
             break

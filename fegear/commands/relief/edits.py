@@ -1,18 +1,19 @@
-"""The reliefs of a design as rows, and as keys of a gear-set file."""
+"""The reliefs and leads of a design as rows, and as keys of a gear-set file."""
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from fegear.commands.relief.best_relief import ReliefProblem, ReliefRange
-from fegear.commands.relief.objective import ReliefObjective, peak_to_peak
+from fegear.commands.relief.objective import ReliefObjective
+from fegear.commands.relief.relief_problem import LeadRange, ReliefProblem, ReliefRange
 from fegear.commands.relief.vibration import VibrationBest
-from fegear.gearset.modifications import ReliefShape
+from fegear.gearset.modifications import FlankLead, FlankModifications, ReliefShape
 from lumped.common.array_types import Array
-from lumped.common.units import UM
+from lumped.common.units import MM, UM
 
 
 def vibration_entries(best: VibrationBest | None) -> dict[str, Any] | None:
@@ -32,30 +33,112 @@ def _micrometres(values: tuple[float, ...]) -> list[float]:
     return [value / UM for value in values]
 
 
-def relief_rows(
-    problem: ReliefProblem, design: Array, objective: ReliefObjective | None
-) -> list[dict[str, Any]]:
-    """Sought reliefs with rounded sizes, and what a micrometre more would change.
+class DesignRows(NamedTuple):
+    """Sought reliefs and leads with rounded sizes, and what 1 um more would change."""
 
-    objective : that changes
+    reliefs: list[dict[str, Any]]
+    leads: list[dict[str, Any]]
+
+
+def design_rows(
+    problem: ReliefProblem, design: Array, objective: ReliefObjective | None
+) -> DesignRows:
+    """The rows of a design of single reliefs.
+
+    objective : whose changes are asked for
     """
     count = len(problem.ranges)
-    design = np.concatenate([design[:count].round(2), design[count:].round(4)])
-    change = np.zeros(count)
-    if objective is not None:  # which has a kink at the best design: no derivative
-        larger = [design + unit for unit in np.eye(2 * count)[:count]]
-        values = [objective.of(problem.ste(one)[0]) for one in (design, *larger)]
-        change = (np.array(values[1:]) - values[0]) / UM
-    return [
+    design = rounded(problem, design)
+    change = _changes_by_one_um(problem, design, objective).tolist()
+    reliefs = [
         {
             "relief": f"{entry.place}_relief",
             "magnitude_um": float(design[i]),
             "length_pitches": float(design[count + i]),
             **_start_values(problem, entry, float(design[count + i])),
-            "objective_per_um": float(change[i]),
+            "objective_per_um": change[i],
         }
         for i, entry in enumerate(problem.ranges)
     ]
+    leads, i = [], 2 * count
+    for lead, sizes in problem.lead_sizes(design):
+        leads.append(
+            {
+                "lead": f"{lead.role}_lead.{lead.name}",
+                "size_um": sizes[lead.name],
+                "length_mm": sizes.get("end_length"),
+                "objective_per_um": change[i],
+            }
+        )
+        i += len(sizes)
+    return DesignRows(reliefs, leads)
+
+
+def rounded(problem: ReliefProblem, design: Array) -> Array:
+    """A design as it is written: to 0.01 um, 0.0001 base pitches and 0.01 mm."""
+    magnitudes, lengths, of_leads = problem.parts(design)
+    return np.concatenate([magnitudes.round(2), lengths.round(4), of_leads.round(2)])
+
+
+def _changes_by_one_um(
+    problem: ReliefProblem, design: Array, objective: ReliefObjective | None
+) -> Array:
+    """Change of the objective by 1 um more of each depth (x,), 0 of all others.
+
+    It has a kink at the best design, and so no derivative.
+    """
+    change = np.zeros(design.size)
+    if objective is None:
+        return change
+    at_best = objective.of(problem.values(design))
+    for i in problem.depths:
+        more = design.copy()
+        more[i] += 1.0
+        change[i] = objective.of(problem.values(more)) - at_best
+    return change / objective.unit
+
+
+def sought_leads(
+    flanks: tuple[FlankModifications, FlankModifications],
+    leads: tuple[LeadRange, ...],
+    rows: list[dict[str, Any]],
+) -> tuple[FlankLead, FlankLead]:
+    """Leads of driver and driven gear, with those that were sought replaced."""
+    sizes = {row["lead"]: row for row in rows}
+    result = []
+    for role, flank in zip(("driver", "driven"), flanks, strict=True):
+        lead = flank.lead or FlankLead()
+        for entry in leads:
+            if entry.role != role:
+                continue
+            row = sizes.get(f"{role}_lead.{entry.name}", {"size_um": 0.0})
+            lead = replace(lead, **{entry.name: UM * row["size_um"]})
+            if entry.name == "end_relief":
+                lead = replace(lead, end_length=MM * (row.get("length_mm") or 0.0))
+        result.append(lead)
+    return result[0], result[1]
+
+
+def lead_edits(
+    mesh: int, leads: tuple[FlankLead, FlankLead], misalignment: float
+) -> dict[str, Any]:
+    """Keys of the gear set that give leads to both gears, in place of all others.
+
+    mesh : its number, from 1; misalignment : gap that belongs to neither [m]
+    """
+    edits: dict[str, Any] = {
+        f"mesh.{mesh}.misalignment_um": round(misalignment / UM, 9)
+    }
+    for key in ("crowning_um", "slope_um", "end_relief_um"):
+        edits[f"mesh.{mesh}.lead.{key}"] = 0
+    for role, lead in zip(("driver", "driven"), leads, strict=True):
+        prefix = f"mesh.{mesh}.{role}_lead"
+        edits[f"{prefix}.crowning_um"] = round(lead.crowning / UM, 6)
+        edits[f"{prefix}.slope_um"] = round(lead.slope / UM, 6)
+        edits[f"{prefix}.end_relief_um"] = round(lead.end_relief / UM, 6)
+        if lead.end_relief:
+            edits[f"{prefix}.end_relief_length_mm"] = round(lead.end_length / MM, 6)
+    return edits
 
 
 def _start_values(
@@ -82,6 +165,17 @@ def left_out_reliefs(places: list[str], reliefs: list[dict[str, Any]]) -> list[s
     return [name for place in places if (name := f"{place}_relief") not in names]
 
 
+def left_out_features(sought: ReliefProblem, rows: DesignRows) -> list[str]:
+    """Reliefs and leads that were sought and are not among the rows."""
+    names = {row["lead"] for row in rows.leads}
+    leads = [f"{lead.role}_lead.{lead.name}" for lead in sought.leads]
+    places = [entry.place for entry in sought.ranges]
+    return [
+        *left_out_reliefs(places, rows.reliefs),
+        *(name for name in leads if name not in names),
+    ]
+
+
 def relief_edits(
     mesh: int, places: list[str], reliefs: list[dict[str, Any]], shape: ReliefShape
 ) -> dict[str, Any]:
@@ -102,15 +196,3 @@ def relief_edits(
             edits[f"{key}.length_pitches"] = relief["length_pitches"]
             edits[f"{key}.shape"] = shape
     return edits
-
-
-def peak_rows(torques: Any, before: Any, after: Any) -> list[dict[str, float]]:
-    ranges = zip(torques, peak_to_peak(before), peak_to_peak(after), strict=True)
-    return [
-        {
-            "torque_Nm": float(torque),
-            "before_um": float(one) / UM,
-            "after_um": float(two) / UM,
-        }
-        for torque, one, two in ranges
-    ]

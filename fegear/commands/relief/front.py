@@ -9,11 +9,11 @@ import numpy as np
 
 from fegear.commands.relief.best_relief import (
     BestRelief,
-    ReliefProblem,
     find_best_relief,
     starting_designs,
 )
 from fegear.commands.relief.objective import ReliefObjective
+from fegear.commands.relief.relief_problem import ReliefProblem
 from lumped.common.array_types import Array
 
 END_STARTS = 5  # searches for either end of the front

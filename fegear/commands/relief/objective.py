@@ -1,57 +1,123 @@
-"""What a relief makes least, and the step that does so for a linear change.
+"""What reliefs and leads make least, and the step that does so for a linear change.
 
-Measures of the transmission error at a torque are its peak to peak, or the root of the
-sum of the squares of amplitudes of chosen harmonics of the mesh frequency. Both are
-convex in the transmission error, so that the best step of its linear change is that
-of linear programs: one for the peak to peak, in epigraph form, and a few for harmonics,
-each with cuts at the solution of the one before (Kelley 1960).
+Measures of the transmission error in a case, at a torque and a misalignment, are its
+peak to peak, or the root of the sum of the squares of amplitudes of chosen harmonics of
+the mesh frequency; those of pressures, loads and of their distribution over the width
+are the largest values. All are convex, so that the best step of a linear change is that
+of linear programs: one in epigraph form, and a few for harmonics, each with cuts at the
+solution of the one before (Kelley 1960).
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 
+from fegear.commands.relief.quantities import SCALES, Quantity, SlopedValues
 from lumped.common.array_types import Array
-from lumped.common.units import UM
 
-Objective = Literal["largest", "mean", "harmonics"]
+Objective = Literal[
+    "largest", "mean", "harmonics", "pressure", "line_load", "distribution"
+]
 MAX_CUTS = 12  # linear programs of a step for harmonics
 CUT_RTOL = 1e-3  # of the objective, by which the last one may be below it
+OF_ERROR: tuple[Objective, ...] = "largest", "mean", "harmonics"
+QUANTITY_OF: Mapping[str, Quantity] = {
+    **dict.fromkeys(OF_ERROR, "ste"),
+    "pressure": "pressure",
+    "line_load": "line_load",
+    "distribution": "distribution",
+}
+
+
+@dataclass(frozen=True)
+class Term:
+    """A measure, its largest or mean value of all cases.
+
+    scale : over which it counts, in SI units
+    harmonics : orders of the mesh frequency of harmonics
+    """
+
+    name: Objective = "largest"
+    scale: float = 1.0
+    harmonics: tuple[int, ...] = (1, 2, 3)
+
+    @property
+    def quantity(self) -> Quantity:
+        return QUANTITY_OF[self.name]
+
+    def measures(self, values: Array) -> Array:
+        """Measure of values (c, q) in each case (c,)."""
+        if self.name == "harmonics":
+            parts = values @ harmonic_parts(values.shape[1], self.harmonics).T
+            return np.asarray(np.linalg.norm(parts, axis=1))
+        if self.quantity == "ste":
+            return peak_to_peak(values)
+        return np.asarray(values.max(axis=1))
+
+    def value(self, measures: Array) -> float:
+        return float(measures.mean() if self.name == "mean" else measures.max())
 
 
 @dataclass(frozen=True)
 class ReliefObjective:
-    """Largest or mean over torques of a measure of the transmission error.
+    """A measure, or a sum of several over their scales.
 
-    harmonics : orders of the mesh frequency of the objective harmonics
-    factors : of the measures at the torques (t,), 1 where empty
+    name, harmonics : of the measure
+    factors : of the measure in the cases (c,), 1 where empty
+    others : measures that are added; `scale` is that of the first
     """
 
     name: Objective = "largest"
     harmonics: tuple[int, ...] = (1, 2, 3)
     factors: tuple[float, ...] = ()
+    others: tuple[Term, ...] = ()
+    scale: float = 1.0
 
-    def measures(self, ste: Array) -> Array:
-        """Measure of transmission errors (t, p) at each torque (t,) [m]."""
-        if self.name == "harmonics":
-            parts = ste @ harmonic_parts(ste.shape[1], self.harmonics).T
-            return np.asarray(np.linalg.norm(parts, axis=1))
-        return peak_to_peak(ste)
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        return Term(self.name, self.scale, self.harmonics), *self.others
 
-    def value(self, measures: Array) -> float:
-        scaled = np.asarray(measures) * (self.factors or 1.0)
-        return float(scaled.mean() if self.name == "mean" else scaled.max())
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """What the terms are of, each once."""
+        return tuple(dict.fromkeys(term.quantity for term in self.terms))
 
-    def of(self, ste: Array) -> float:
-        """Objective [m] of transmission errors (t, p)."""
-        return self.value(self.measures(ste))
+    @property
+    def unit(self) -> float:
+        """Size of values, in which a linear program is solved."""
+        return 1.0 if self.others else SCALES[self.terms[0].quantity]
+
+    def measures(self, values: Mapping[Quantity, Array]) -> Array:
+        """The first measure in each case (c,)."""
+        term = self.terms[0]
+        return term.measures(values[term.quantity])
+
+    def of(self, values: Mapping[Quantity, Array]) -> float:
+        """Objective of values (c, q), of one measure in its SI unit."""
+        factors, total = np.asarray(self.factors or 1.0), 0.0
+        for term in self.terms:
+            measures = factors * term.measures(values[term.quantity])
+            total += term.value(measures) / term.scale
+        return total
+
+    def of_responses(self, responses: Mapping[Quantity, SlopedValues]) -> float:
+        return self.of({name: one.values for name, one in responses.items()})
+
+    def of_linear(
+        self, responses: Mapping[Quantity, SlopedValues], change: Array
+    ) -> float:
+        """Objective of values that change with their slopes by a design (x,)."""
+        return self.of(
+            {name: one.values + one.slopes @ change for name, one in responses.items()}
+        )
 
 
 def peak_to_peak(ste: Array) -> Array:
-    """Peak to peak of transmission errors (t, p), at each torque."""
+    """Peak to peak of transmission errors (c, p), in each case."""
     return np.asarray(np.ptp(ste, axis=1))
 
 
@@ -65,100 +131,175 @@ def harmonic_parts(positions: int, orders: tuple[int, ...]) -> Array:
 
 
 def linear_step(
-    ste: Array, slopes: Array, limits: tuple[Array, Array], objective: ReliefObjective
+    responses: Mapping[Quantity, SlopedValues],
+    limits: tuple[Array, Array],
+    objective: ReliefObjective,
 ) -> tuple[Array, float]:
-    """Step within limits that makes the linearised objective least, and its value [m].
+    """Step (x,) within limits that makes the linearised objective least, and its value.
 
-    ste, slopes : transmission errors (t, p) [m] and derivatives (t, p, n) by the step
+    responses : quantities with their slopes by the step
     """
-    factors = np.array(objective.factors or np.ones(len(ste))) / UM
-    scaled = ste * factors[:, None], slopes * factors[:, None, None]
-    if objective.name == "harmonics":
-        step, value = _step_of_harmonics(*scaled, limits, objective)
-    else:
-        step, value = _step_of_peaks(*scaled, limits, objective.name)
-    return (
-        (np.zeros(slopes.shape[2]), objective.of(ste))
-        if step is None
-        else (
-            step,
-            UM * value,
+    factors = np.asarray(objective.factors or 1.0)
+    blocks = []
+    for term in objective.terms:
+        scale = np.asarray(factors / (term.scale * objective.unit))
+        values, slopes = responses[term.quantity]
+        scaled = SlopedValues(
+            values * scale[..., None], slopes * scale[..., None, None]
         )
-    )
+        blocks.append(_block(term, scaled, limits))
+    step, value = _least(blocks, limits)
+    if step is None:
+        return np.zeros(limits[0].size), objective.of_responses(responses)
+    return step, objective.unit * value
 
 
-def _solve_linear_program(
-    weights: Array, rows: Array, upper_bounds: Array, limits: tuple[Array, Array]
-) -> Any:
-    """Solve a linear program; limits : of the first unknowns, others are free.
+class _Block(NamedTuple):
+    """The part of a linear program that is one term.
 
-    `milp` calls the same solver as `linprog` in two thirds of its time.
+    Its unknowns are the step (x,) and others (o,), whose weighted sum is the term.
+
+    rows : (r, x + o); upper_bounds : (r,); weights : (o,)
+    parts, rates : (c, h), (c, h, x) of harmonics, whose largest norm is the term
     """
-    from scipy.optimize import Bounds, LinearConstraint, milp
 
-    free = np.full(weights.size - limits[0].size, np.inf)
-    bounds = Bounds(np.append(limits[0], -free), np.append(limits[1], free))
-    constraint = LinearConstraint(rows, -np.inf, upper_bounds)
-    return milp(
-        weights, constraints=constraint, bounds=bounds, options={"presolve": False}
-    )
+    rows: Array
+    upper_bounds: Array
+    weights: Array
+    parts: Array
+    rates: Array
 
 
-def _step_of_peaks(
-    ste: Array, slopes: Array, limits: tuple[Array, Array], name: Objective
-) -> tuple[Array | None, float]:
-    """Unknowns are the step, the largest and the smallest transmission error at each
-    torque, and the largest of their differences.
+def _block(term: Term, response: SlopedValues, limits: tuple[Array, Array]) -> _Block:
+    if term.name == "harmonics":
+        return _harmonics(response, term.harmonics)
+    if term.quantity == "ste":
+        return _peaks(response, term.name)
+    return _largest(response, limits)
+
+
+def _peaks(response: SlopedValues, name: Objective) -> _Block:
+    """Others are the largest and the smallest transmission error in each case, and the
+    largest of their differences.
     """
-    torques, positions, size = slopes.shape
-    rows = np.zeros((2, torques, positions, size + 2 * torques + 1))
+    ste, slopes = response
+    cases, positions, size = slopes.shape
+    rows = np.zeros((2, cases, positions, size + 2 * cases + 1))
     rows[0, ..., :size], rows[1, ..., :size] = slopes, -slopes
-    differences = np.zeros((torques, size + 2 * torques + 1))
+    differences = np.zeros((cases, size + 2 * cases + 1))
     differences[:, -1] = -1.0
-    for t in range(torques):
-        rows[0, t, :, size + t] = -1.0
-        rows[1, t, :, size + torques + t] = 1.0
-        differences[t, size + t], differences[t, size + torques + t] = 1.0, -1.0
-    upper_bounds = np.concatenate([-ste.ravel(), ste.ravel(), np.zeros(torques)])
-    weights = differences.mean(axis=0)
+    for c in range(cases):
+        rows[0, c, :, size + c] = -1.0
+        rows[1, c, :, size + cases + c] = 1.0
+        differences[c, size + c], differences[c, size + cases + c] = 1.0, -1.0
+    weights = differences.mean(axis=0)[size:]
     if name == "largest":
         weights = np.zeros_like(weights)
     weights[-1] = 1.0 if name == "largest" else 0.0
-    every = np.concatenate([rows.reshape(-1, rows.shape[-1]), differences])
-    solution = _solve_linear_program(weights, every, upper_bounds, limits)
-    if solution.x is None or solution.fun is None:
-        return None, 0.0
-    return solution.x[:size], float(solution.fun)
+    return _Block(
+        np.concatenate([rows.reshape(-1, rows.shape[-1]), differences]),
+        np.concatenate([-ste.ravel(), ste.ravel(), np.zeros(cases)]),
+        weights,
+        *_no_harmonics(size),
+    )
 
 
-def _step_of_harmonics(
-    ste: Array, slopes: Array, limits: tuple[Array, Array], objective: ReliefObjective
+def _largest(response: SlopedValues, limits: tuple[Array, Array]) -> _Block:
+    """The other is the largest value; those that cannot become so are left out."""
+    size = response.slopes.shape[2]
+    values, slopes = response.values.ravel(), response.slopes.reshape(-1, size)
+    ends = np.sort(np.stack([slopes * limit for limit in limits]), axis=0)
+    low, high = values + ends.sum(axis=2)
+    counts = high >= low.max()
+    rows = np.column_stack([slopes[counts], -np.ones(counts.sum())])
+    return _Block(rows, -values[counts], np.ones(1), *_no_harmonics(size))
+
+
+def _no_harmonics(size: int) -> tuple[Array, Array]:
+    return np.empty((0, 0)), np.empty((0, 0, size))
+
+
+def _harmonics(response: SlopedValues, orders: tuple[int, ...]) -> _Block:
+    """The other is the largest measure, which lies above all cuts."""
+    matrix = harmonic_parts(response.values.shape[1], orders)
+    parts = response.values @ matrix.T
+    rates = np.einsum("kp,cpn->ckn", matrix, response.slopes)
+    rows = np.append(np.zeros(rates.shape[2]), -1.0)[None]
+    return _Block(rows, np.zeros(1), np.ones(1), parts, rates)
+
+
+def _least(
+    blocks: list[_Block], limits: tuple[Array, Array]
 ) -> tuple[Array | None, float]:
-    """Unknowns are the step and the largest measure, which lies above all cuts."""
-    matrix = harmonic_parts(ste.shape[1], objective.harmonics)
-    parts = ste @ matrix.T
-    rates = np.einsum("kp,tpn->tkn", matrix, slopes)
-    size = slopes.shape[2]
+    """Step of the least sum of terms, and that sum; None where there is none."""
+    size = limits[0].size
     best: Array | None = None
-    best_value, rows, upper_bounds = np.inf, [np.append(np.zeros(size), -1.0)], [0.0]
-    current_values, step = parts, np.zeros(size)
+    best_value, step = np.inf, np.zeros(size)
     for _ in range(MAX_CUTS):
-        lengths = np.linalg.norm(current_values, axis=1)
-        for t in np.flatnonzero(lengths):
-            direction = current_values[t] / lengths[t]
-            rows.append(np.append(direction @ rates[t], -1.0))
-            upper_bounds.append(-float(direction @ parts[t]))
-        weights = np.append(np.zeros(size), 1.0)
-        solution = _solve_linear_program(
-            weights, np.array(rows), np.array(upper_bounds), limits
-        )
-        if solution.x is None:
+        blocks = [_with_cuts(block, step) for block in blocks]
+        solution = _solve_linear_program(blocks, limits)
+        if solution is None:
             break
-        step = solution.x[:size]
-        current_values = parts + rates @ step
-        value = float(np.linalg.norm(current_values, axis=1).max())
+        step = solution[:size]
+        terms = list(_terms(blocks, solution))
+        value = sum(exact for exact, _ in terms)
         if value < best_value:
             best, best_value = step, value
-        if best_value - float(solution.x[-1]) <= CUT_RTOL * best_value:
+        if best_value - sum(by_cuts for _, by_cuts in terms) <= CUT_RTOL * best_value:
             break
     return best, best_value
+
+
+def _with_cuts(block: _Block, step: Array) -> _Block:
+    """A block of harmonics with what their norms are at least, as seen from a step."""
+    values = block.parts + block.rates @ step
+    lengths = np.linalg.norm(values, axis=1)
+    rows, bounds = [block.rows], [block.upper_bounds]
+    for c in np.flatnonzero(lengths):
+        direction = values[c] / lengths[c]
+        rows.append(np.append(direction @ block.rates[c], -1.0)[None])
+        bounds.append(np.array([-float(direction @ block.parts[c])]))
+    return block._replace(
+        rows=np.concatenate(rows), upper_bounds=np.concatenate(bounds)
+    )
+
+
+def _terms(blocks: list[_Block], solution: Array) -> Iterator[tuple[float, float]]:
+    """Each term at a solution, and what cuts make of it; the same without harmonics."""
+    size = blocks[0].rates.shape[2]
+    step, first = solution[:size], size
+    for block in blocks:
+        others = solution[first : first + block.weights.size]
+        first += block.weights.size
+        exact = by_cuts = float(block.weights @ others)
+        if block.parts.size:
+            exact = float(
+                np.linalg.norm(block.parts + block.rates @ step, axis=1).max()
+            )
+        yield exact, by_cuts
+
+
+def _solve_linear_program(
+    blocks: list[_Block], limits: tuple[Array, Array]
+) -> Array | None:
+    """The step, within limits, and the other unknowns of all blocks, which are free.
+
+    `milp` calls the same solver as `linprog` in two thirds of its time.
+    """
+    from scipy.linalg import block_diag
+    from scipy.optimize import Bounds, LinearConstraint, milp
+
+    size = limits[0].size
+    others = block_diag(*(block.rows[:, size:] for block in blocks))
+    rows = np.column_stack([np.concatenate([b.rows[:, :size] for b in blocks]), others])
+    weights = np.concatenate([np.zeros(size), *(block.weights for block in blocks)])
+    upper_bounds = np.concatenate([block.upper_bounds for block in blocks])
+    free = np.full(weights.size - size, np.inf)
+    bounds = Bounds(np.append(limits[0], -free), np.append(limits[1], free))
+    constraint = LinearConstraint(rows, -np.inf, upper_bounds)
+    solution = milp(
+        weights, constraints=constraint, bounds=bounds, options={"presolve": False}
+    )
+    if solution.x is None or solution.fun is None:
+        return None
+    return np.asarray(solution.x)

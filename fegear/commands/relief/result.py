@@ -10,7 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from fegear.commands.relief.best_relief import MIN_EFFECT, PLACES
+from fegear.commands.relief.best_relief import MIN_EFFECT
+from fegear.commands.relief.cases import LARGEST
+from fegear.commands.relief.objective import QUANTITY_OF, ReliefObjective
+from fegear.commands.relief.relief_problem import PLACES
 from fegear.files.codes import with_code
 from fegear.files.output import write_text
 from fegear.files.toml import toml_text
@@ -21,13 +24,24 @@ from fegear.studies.table import Table
 from lumped.common.units import UM
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 OBJECTIVE_TEXTS = {
-    "largest": "largest peak to peak",
-    "mean": "mean peak to peak",
-    "harmonics": "largest root sum of squares of harmonics {orders}",
-    "vibration": "largest peak to peak",
+    "largest": "largest peak to peak of the static transmission error",
+    "mean": "mean peak to peak of the static transmission error",
+    "harmonics": "largest root sum of squares of harmonics {orders} of the static "
+    "transmission error",
+    "vibration": "largest peak to peak of the static transmission error",
+    "pressure": "largest contact pressure",
+    "line_load": "largest load per length on a band of the width",
+    "distribution": "largest load distribution factor K_Hbeta",
+}
+UNITS: Mapping[str, str] = {
+    "ste": "um",
+    "pressure": "MPa",
+    "line_load": "N/mm",
+    "distribution": "",
 }
 MAX_LINEAR_ERROR = 0.1  # of the band by derivatives
 LIMIT_RTOL = 1e-3  # within which a magnitude is at its limit
@@ -37,12 +51,30 @@ RELIEF_COLUMNS: Columns = {
     "length\nbase pitches": cell("length_pitches", 4),
     "begins at\ndiameter [mm]": cell("start_diameter_mm", 6),
     "length on line\nof action [mm]": cell("length_mm", 4),
-    "objective [um]\nby 1 um more": cell("objective_per_um", 3),
+}
+LEAD_COLUMNS: Columns = {
+    "lead": lambda row: row["lead"],
+    "depth\num": cell("size_um", 4),
+    "length\nmm": lambda row: (
+        "" if row["length_mm"] is None else f"{row['length_mm']:.4g}"
+    ),
 }
 TORQUE_COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
     "p-p of STE\nbefore [um]": cell("before_um", 4),
     "p-p of STE\nafter [um]": cell("after_um", 4),
+}
+MISALIGNMENT_COLUMNS: Columns = {
+    "misalignment\num": lambda row: f"{row['misalignment_um']:g}"
+}
+WIDTH_COLUMNS: Columns = {
+    f"{title}\n{when}{unit}": cell(name.format(when), 4)
+    for name, title, unit in (
+        (LARGEST["distribution"], "K_Hbeta", ""),
+        (LARGEST["line_load"], "load on a band", " [N/mm]"),
+        (LARGEST["pressure"], "pressure", " [MPa]"),
+    )
+    for when in ("before", "after")
 }
 COMPROMISE_COLUMNS: Columns = {
     "at the lowest\ntorque [um]": cell("lowest_um", 4),
@@ -56,13 +88,16 @@ COMPROMISE_COLUMNS: Columns = {
 
 @dataclass(frozen=True, eq=False)
 class ReliefResult(StudyResult):
-    """Best reliefs, and what they do.
+    """Best reliefs and leads, and what they do.
 
-    reliefs : place, size and sensitivity of each
-    left_out : reliefs that were sought and change the objective too little
-    max_magnitude_um : largest that is allowed
-    before_um, after_um : static objective, of vibration the largest peak to peak
-    rows : peak to peak of the transmission error at the torques, before and after
+    reliefs, leads : place, size and sensitivity of each
+    left_out : those that were sought and change the objective too little
+    max_magnitude_um : largest relief that is allowed
+    lead_limits : lowest and highest depth of each lead [um]
+    objective : static one, of vibration the largest peak to peak
+    before, after : of it, in the unit of its quantity
+    rows : peak to peak of the transmission error, and largest values over the width, in
+        all cases of misalignment and torque, before and after
     shown : the same at the torques of the figure
     evaluations : solutions of the mesh cycle during the searches
     vibration : RMS of the dynamic transmission error over speeds, and peaks
@@ -76,8 +111,10 @@ class ReliefResult(StudyResult):
     gear_set: str
     meshes: list[int]
     reliefs: list[dict[str, Any]]
-    before_um: float
-    after_um: float
+    leads: list[dict[str, Any]]
+    objective: ReliefObjective
+    before: float
+    after: float
     rows: list[dict[str, float]]
     shown: list[dict[str, float]]
     evaluations: int
@@ -88,6 +125,7 @@ class ReliefResult(StudyResult):
     tables: dict[str, Any]
     left_out: list[str]
     max_magnitude_um: float
+    lead_limits: Mapping[str, tuple[float, float]]
     complete: bool = True
 
     @cached_property
@@ -97,9 +135,10 @@ class ReliefResult(StudyResult):
             "mesh": self.study.mesh,
             "meshes": self.meshes,
             "objective": self.study.objective,
-            "objective_before_um": self._objective_before_and_after[0],
-            "objective_after_um": self._objective_before_and_after[1],
+            f"objective_before{self._unit_end}": self._objective_before_and_after[0],
+            f"objective_after{self._unit_end}": self._objective_before_and_after[1],
             "reliefs": self.reliefs,
+            "leads": self.leads,
             "left_out": self.left_out,
             "max_relief_um": self.max_magnitude_um,
             "torques": self.rows,
@@ -118,16 +157,33 @@ class ReliefResult(StudyResult):
 
     @property
     def _objective_before_and_after(self) -> tuple[float, float]:
-        """Objective before and after [um]."""
+        """Objective before and after, of vibration its peak [um]."""
         if self.vibration:
             return self.vibration["peak_before_um"], self.vibration["peak_after_um"]
-        return self.before_um, self.after_um
+        return self.before, self.after
+
+    @property
+    def _unit(self) -> str:
+        """Unit of the objective, of a sum none."""
+        if self.objective.others:
+            return ""
+        return UNITS[QUANTITY_OF[self.objective.name]]
+
+    @property
+    def _unit_end(self) -> str:
+        """What ends the names of values of the objective."""
+        unit = self._unit.replace("/", "_per_")
+        return f"_{unit}" if unit else ""
+
+    def _with_unit(self, value: float) -> str:
+        return f"{value:.4g} {self._unit}".rstrip()
 
     def _doubtful_results(self) -> Iterator[str]:
         """Yield warnings of the search and of the tolerances."""
         before, after = self._objective_before_and_after
         if after >= before:
-            text = f"no relief within the limits gives less than {before:.4g} um"
+            least = f"{before:.4g} um" if self.vibration else self._with_unit(before)
+            text = f"no relief within the limits gives less than {least}"
             yield with_code("W28", text)
         yield from self._limit_warning()
         if not self.complete:
@@ -152,6 +208,19 @@ class ReliefResult(StudyResult):
             text = (
                 f"{' and '.join(names)}: the magnitude ends at the largest allowed, "
                 f"{largest_um:.4g} um, which --max-relief-um raises"
+            )
+            yield with_code("W37", text)
+        ends = [
+            row["lead"]
+            for row in self.leads
+            if abs(row["size_um"])
+            >= (1.0 - LIMIT_RTOL) * max(map(abs, self.lead_limits[row["lead"]]))
+        ]
+        if ends:
+            largest_um = max(map(abs, self.lead_limits[ends[0]]))
+            text = (
+                f"{' and '.join(ends)}: the depth ends at the largest allowed, "
+                f"{largest_um:.4g} um, which --max-lead-um raises"
             )
             yield with_code("W37", text)
 
@@ -195,16 +264,31 @@ class ReliefResult(StudyResult):
     @property
     def _torque_table(self) -> Table:
         """A row for every torque."""
-        names = "torque_Nm", "peak_to_peak_before_m", "peak_to_peak_after_m"
-        rows = [
-            [row["torque_Nm"], UM * row["before_um"], UM * row["after_um"]]
-            for row in self.rows
-        ]
-        header = {
+        names = ["torque_Nm", "peak_to_peak_before_m", "peak_to_peak_after_m"]
+        of_reliefs = {
             row["relief"]: f"{row['magnitude_um']} um, {row['length_pitches']} pitches"
             for row in self.reliefs
         }
-        return Table(names, lambda: rows, header | self.study.gear_set.entries)
+        of_leads = {
+            row["lead"]: f"{row['size_um']} um"
+            + (f", {row['length_mm']} mm" if row["length_mm"] else "")
+            for row in self.leads
+        }
+        more = [
+            name
+            for name in self.rows[0]
+            if name not in ("torque_Nm", "before_um", "after_um")
+        ]
+        rows = [
+            [
+                row["torque_Nm"],
+                *(UM * row[f"{when}_um"] for when in ("before", "after")),
+                *(row[name] for name in more),
+            ]
+            for row in self.rows
+        ]
+        header = of_reliefs | of_leads | self.study.gear_set.entries
+        return Table([*names, *more], lambda: rows, header)
 
     @property
     def text(self) -> str:
@@ -230,11 +314,11 @@ class ReliefResult(StudyResult):
         count = 2 if self.vibration else 1
         figure, axes = panels(count, size=(8.0, 4.5 if count == 1 else 7.5))
         static_axes, *vibration_axes = (axis for row in axes for axis in row)
-        torques = [row["torque_Nm"] for row in self.shown]
-        marker = "o" if len(torques) == 1 else ""
-        for name, label in (("before_um", "before"), ("after_um", "best relief")):
-            values = [row[name] for row in self.shown]
-            static_axes.plot(torques, values, marker=marker, label=label)
+        for name, label, style in (
+            ("before_um", "before", "--"),
+            ("after_um", "best design", "-"),
+        ):
+            self._draw_cases(static_axes, name, label, style)
         static_axes.set_xlabel("torque on the driving gear [N m]")
         static_axes.set_ylabel("peak to peak of the static\ntransmission error [um]")
         static_axes.set_ylim(bottom=0.0)
@@ -243,6 +327,25 @@ class ReliefResult(StudyResult):
         for axis in vibration_axes:
             self._draw_bands(axis)
         return figure
+
+    def _draw_cases(self, axes: Axes, name: str, label: str, style: str) -> None:
+        """A curve over torque for each misalignment."""
+        from lumped.figures.drawing import color_of
+
+        cases: dict[float | None, list[dict[str, float]]] = {}
+        for row in self.shown:
+            cases.setdefault(row.get("misalignment_um"), []).append(row)
+        for i, (misalignment_um, rows) in enumerate(cases.items()):
+            torques = [row["torque_Nm"] for row in rows]
+            at = "" if misalignment_um is None else f", {misalignment_um:g} um"
+            axes.plot(
+                torques,
+                [row[name] for row in rows],
+                style,
+                color=color_of(i),
+                marker="o" if len(torques) == 1 else "",
+                label=f"{label}{at}",
+            )
 
     def _draw_bands(self, axes: Any) -> None:
         values = self.vibration or {}
@@ -290,10 +393,13 @@ class ReliefResult(StudyResult):
         values = self.summary
         orders = ", ".join(map(str, self.study.harmonics))
         measure = OBJECTIVE_TEXTS[self.study.objective].format(orders=orders)
+        if self.objective.others:
+            also = ", ".join(f"{weight:g} {name}" for name, weight in self.study.also)
+            measure += f" over that before, plus {also} over theirs,"
+        before, after = map(self._with_unit, (self.before, self.after))
         yield (
-            f"{self.gear_set} mesh {self.study.mesh}, {measure} of the static "
-            f"transmission error {self.before_um:.4g} um before, "
-            f"{self.after_um:.4g} um after"
+            f"{self.gear_set} mesh {self.study.mesh}, {measure} {before} before, "
+            f"{after} after"
         )
         if len(self.meshes) > 1:
             mesh_numbers = ", ".join(map(str, self.meshes))
@@ -306,7 +412,11 @@ class ReliefResult(StudyResult):
             ).format_map(self.vibration)
         if self.reliefs:
             title = "Best relief" + (", none left out" if self.vibration else "")
-            yield RowTable(self.reliefs, RELIEF_COLUMNS, title, ("relief",))
+            columns = RELIEF_COLUMNS | self._change_column
+            yield RowTable(self.reliefs, columns, title, ("relief",))
+        if self.leads:
+            columns = LEAD_COLUMNS | self._change_column
+            yield RowTable(self.leads, columns, "Best lead modification", ("lead",))
         early_reliefs = [r["relief"] for r in self.reliefs if r["in_single_contact"]]
         if early_reliefs:
             yield (
@@ -316,10 +426,10 @@ class ReliefResult(StudyResult):
         if self.left_out:
             yield (
                 f"left out, as the objective changes by less than "
-                f"{100.0 * MIN_EFFECT:g} % of that without relief: "
+                f"{100.0 * MIN_EFFECT:g} % of that without any: "
                 + ", ".join(self.left_out)
             )
-        yield RowTable(self.rows, TORQUE_COLUMNS, "At the torques", ())
+        yield RowTable(self.rows, self._case_columns, "At the torques", ())
         if self.front:
             yield RowTable(self.front, COMPROMISE_COLUMNS, "Compromises", ())
             yield from self._compromise_notes
@@ -329,6 +439,20 @@ class ReliefResult(StudyResult):
             f"{values['starts']} starts, {values['evaluations']} solutions of the mesh "
             "cycle" + (f", {self._sweep_text}" if self.vibration else "")
         )
+
+    @property
+    def _change_column(self) -> Columns:
+        unit = f" [{self._unit}]" if self._unit else ""
+        return {f"objective{unit}\nby 1 um more": cell("objective_per_um", 3)}
+
+    @property
+    def _case_columns(self) -> Columns:
+        columns = dict(TORQUE_COLUMNS)
+        if "misalignment_um" in self.rows[0]:
+            columns = MISALIGNMENT_COLUMNS | columns
+        if "pressure_after_MPa" in self.rows[0]:
+            columns |= WIDTH_COLUMNS
+        return columns
 
     @property
     def _compromise_notes(self) -> Iterator[str]:

@@ -2,50 +2,64 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
 from fegear.boundary import mesh_index
 from fegear.commands.relief.best_relief import (
-    PLACES,
+    FIRST_GAINS,
     BestRelief,
-    ReliefProblem,
     find_best_relief,
-    relief_ranges,
+    refined,
     starting_designs,
-    without_idle_reliefs,
+    without_idle_features,
 )
+from fegear.commands.relief.cases import Cases, SolvedCases, compared_rows
 from fegear.commands.relief.edits import (
-    left_out_reliefs,
-    peak_rows,
-    relief_edits,
-    relief_rows,
+    design_rows,
+    left_out_features,
     vibration_entries,
 )
 from fegear.commands.relief.front import relief_front
-from fegear.commands.relief.objective import Objective, ReliefObjective
+from fegear.commands.relief.objective import (
+    OF_ERROR,
+    QUANTITY_OF,
+    Objective,
+    ReliefObjective,
+    Term,
+)
+from fegear.commands.relief.relief_problem import LEADS, PLACES, Lead, ReliefProblem
 from fegear.commands.relief.result import ReliefResult
+from fegear.commands.relief.sought_mesh import SoughtMesh
 from fegear.commands.relief.tolerance import tolerance_band
 from fegear.commands.relief.vibration import VibrationBest, VibrationSearch
 from fegear.contact.plane.contact import PlaneContact
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
+from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
-from fegear.statics.contact_problem import contact_problem
+from fegear.statics.contact_problem import require_solvable
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import mesh_statics
 from fegear.statics.table_warnings import table_warnings
 from fegear.studies.problem import Job, Task
-from fegear.studies.settings import SettingsGroup, expose, group, setting
+from fegear.studies.settings import (
+    SettingsGroup,
+    display_name,
+    expose,
+    group,
+    setting,
+)
 from fegear.studies.study import PLOT, Study
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
@@ -64,11 +78,18 @@ from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.common.units import UM
 
-Goal = Literal["largest", "mean", "harmonics", "vibration"]
-STATIC_GOALS: tuple[Objective, ...] = ("largest", "mean", "harmonics")
-SHOWN_TORQUES = 41  # of the figure
+Goal = Literal[
+    "largest",
+    "mean",
+    "harmonics",
+    "vibration",
+    "pressure",
+    "line_load",
+    "distribution",
+]
+SHOWN_TORQUES, SHOWN_OVER_WIDTH = 41, 7  # of the figure
 MAX_OVER_ERROR = 2.0  # default largest relief over the largest transmission error
-MAX_ORDER = 64
+MAX_ORDER, MAX_WEIGHT = 64, 1e6
 FEW_POSITIONS = 16  # of a first search
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
@@ -96,6 +117,46 @@ def _parsed_orders(text: str) -> tuple[int, ...]:
     return tuple(sorted(set(orders)))
 
 
+def _parsed_leads(text: str) -> tuple[Lead, ...]:
+    names = [part.strip() for part in text.split(",")]
+    for name in names:
+        if name not in LEADS or names.count(name) > 1:
+            raise ValueError(f"must be {', '.join(LEADS)}, each once, with commas")
+    return tuple(lead for lead in LEADS if lead in names)
+
+
+def _parsed_weights(text: str) -> tuple[tuple[Objective, float], ...]:
+    pairs = []
+    for part in text.split(","):
+        name, _, number = part.partition("=")
+        if name not in QUANTITY_OF:
+            raise ValueError(
+                f"must be {', '.join(QUANTITY_OF)}, such as distribution=0.5"
+            )
+        try:
+            weight = float(number) if number else 1.0
+        except ValueError:
+            weight = math.nan
+        if not 0.0 < weight < MAX_WEIGHT:
+            raise ValueError(f"weights must be above 0 and below {MAX_WEIGHT:g}")
+        pairs.append((cast("Objective", name), weight))
+    return tuple(pairs)
+
+
+def _written_weights(weights: tuple[tuple[Objective, float], ...]) -> str:
+    return ",".join(f"{name}={weight:g}" for name, weight in weights)
+
+
+def _parsed_misalignments(text: str) -> tuple[float, ...]:
+    ends = text.split(":")
+    if len(ends) == 2:
+        low, high = (float(end) for end in ends)
+        return low, 0.5 * (low + high), high
+    if len(ends) == 1:
+        return tuple(float(part) for part in text.split(","))
+    return parsed_speeds(text, name="misalignments")
+
+
 def _written_orders(orders: tuple[int, ...]) -> str:
     return ",".join(map(str, orders))
 
@@ -106,12 +167,13 @@ class ReliefDesign(
     command="relief",
     example="relief liu-pair --torque 60:140:20 -o best.toml --plot best.png",
 ):
-    """Profile relief of least transmission error over torque.
+    """Best reliefs and leads over torques.
 
-    Magnitude and length of the reliefs of both gears are sought together, from several
-    starts, so that the objective is least: peak to peak or harmonics of the static
-    transmission error at the torques, or the vibration over a band of speeds. Reliefs
-    that the gear set has at these places are replaced.
+    Magnitude and length of the reliefs of both gears, and lead modifications of one of
+    them, are sought together, from several starts, so that the objective is least: peak
+    to peak or harmonics of the static transmission error, pressure or load over the
+    face width, or the vibration over a band of speeds. Reliefs and leads that the gear
+    set has at these places are replaced.
     """
 
     partial = True
@@ -129,7 +191,35 @@ class ReliefDesign(
         "at the worst torque; mean: the mean peak to peak of all torques; harmonics: "
         "root of the sum of squares of amplitudes of some harmonics of the static "
         "transmission error, at the worst torque; vibration: largest RMS of the "
-        "dynamic transmission error over speeds, by sweeps of the coupled model.",
+        "dynamic transmission error over speeds, by sweeps of the coupled model; of "
+        "loads that vary over the face width, at the worst torque, pressure: largest "
+        "contact pressure; line_load: largest load per length of contact on a band of "
+        "the width; distribution: load distribution factor K_Hbeta.",
+    )
+    also: tuple[tuple[Objective, float], ...] = setting(
+        (),
+        "Further objectives with weights, such as distribution=0.5. The sum of all "
+        "over their values before is then least. [default: none]",
+        metavar="NAME=WEIGHT",
+        parse=_parsed_weights,
+        write=_written_weights,
+    )
+    lead: tuple[Lead, ...] = setting(
+        (),
+        "Lead modifications to seek, of the gear with fewer teeth: crowning, slope, "
+        "end_relief, with commas. [default: none]",
+        metavar="NAME,NAME",
+        parse=_parsed_leads,
+        write=",".join,
+    )
+    misalignment_um: tuple[float, ...] = setting(
+        (),
+        "Misalignments of the axes [um] in place of that of the gear set, the worst of "
+        "which counts: A:B for both and their middle, A:B:STEP or with commas. "
+        "[default: that of the gear set]",
+        option="--misalignment-um",
+        metavar="A:B",
+        parse=_parsed_misalignments,
     )
     harmonics: tuple[int, ...] = setting(
         (1, 2, 3),
@@ -151,7 +241,8 @@ class ReliefDesign(
         Range(1, 10000),
     )
     shape: ReliefShape = setting("linear", "Depth of the reliefs over the roll angle.")
-    root: bool = setting(False, "Seek root reliefs as well as tip reliefs.")
+    tip: bool = setting(True, "Seek tip reliefs.")
+    root: bool = setting(False, "Seek root reliefs as well.")
     symmetric: bool = setting(
         False,
         "Seek one magnitude and one length in base pitches for both gears.",
@@ -162,6 +253,13 @@ class ReliefDesign(
         "transmission error]",
         Range(above=0.0, below=1e4),
         option="--max-relief-um",
+    )
+    max_lead_um: float | None = setting(
+        None,
+        "Largest depth of a lead modification [um]. [default: twice the largest static "
+        "transmission error and the largest misalignment]",
+        Range(above=0.0, below=1e4),
+        option="--max-lead-um",
     )
     starts: int = setting(
         5, "Number of designs from which searches start.", Range(1, 64)
@@ -199,17 +297,25 @@ class ReliefDesign(
 
     def _settings_without_effect(self) -> Iterator[tuple[str, str]]:
         """Yield settings and outputs that need another setting."""
-        if self.objective != "harmonics":
+        if "harmonics" not in self._goals:
             yield "harmonics", "needs {objective} harmonics"
         if self.objective != "vibration":
             for name in ("speeds", "rpm", "designs"):
                 yield name, "needs {objective} vibration"
         else:
-            for name in ("relief_tolerance_um", "length_tolerance"):
+            for name in ("relief_tolerance_um", "length_tolerance", "also"):
                 yield name, "needs another {objective}"
+            yield "misalignment_um", "needs another {objective}"
         if not self.compromises:
             for name in ("pareto", "front"):
                 yield name, "needs {compromises}"
+        if not self.lead:
+            yield "max_lead_um", "needs {lead}"
+
+    @property
+    def _goals(self) -> tuple[str, ...]:
+        """All objectives."""
+        return self.objective, *(name for name, _ in self.also)
 
     def tasks(self) -> Iterator[Task]:
         study = with_frequencies(self, {"speeds": self.rpm})
@@ -220,13 +326,19 @@ class ReliefDesign(
             raise InputError(f"gear_set = {gears.name}; needs a gear set by its name")
         if study.objective == "vibration" and not study.speeds:
             raise InputError("speeds is missing; objective = vibration needs a band")
+        if not (study.tip or study.root or study.lead):
+            raise InputError(
+                "tip = off; a relief or a lead must be sought, see --root and --lead"
+            )
         if study.compromises and len(torques) < 2:
             raise InputError(
                 f"compromises = {study.compromises}; needs two torques or more"
             )
-        if study.objective == "harmonics":
+        if "harmonics" in study._goals:
             study._require_resolved()
-        yield Task("relief", partial(study._find_reliefs, index, torques))
+        mesh = study._sought_mesh(index)
+        study._require_width(mesh)
+        yield Task("relief", partial(study._find_reliefs, mesh, torques))
 
     def _require_resolved(self) -> None:
         """Raise InputError for a harmonic that the positions do not resolve."""
@@ -237,141 +349,162 @@ class ReliefDesign(
                 f"{largest_order} with positions = {self.elements.positions}"
             )
 
-    def _find_reliefs(
-        self, index: int, torques: tuple[float, ...], job: Job
-    ) -> ReliefResult:
-        """Find the best reliefs of a mesh, by its index, at torques [N m]."""
-        gears = self.gear_set.loaded
-        settings = replace(self.elements, root_stress=False)
-        quick_settings = replace(settings, estimate_error=False)
-        before = mesh_statics(
-            gears, index, torques, quick_settings, job.report
-        ).cycle.ste
-        problem = self._relief_problem(index, torques, float(np.abs(before).max()))
-        objective = self._static_objective(
-            "largest" if self.objective == "vibration" else self.objective
+    def _require_width(self, mesh: SoughtMesh) -> None:
+        """Refuse what needs loads that vary over the width, and cannot be solved so."""
+        over_width = [g for g in self._goals if QUANTITY_OF.get(g, "ste") != "ste"]
+        for gear_set in mesh.gear_sets:
+            require_solvable(gear_set, mesh.index, self.elements)
+            if over_width and not gear_set.meshes[mesh.index].varies_over_width:
+                raise InputError(
+                    f"objective = {over_width[0]}; needs loads that vary over the face "
+                    "width, of gears that are helical, crowned or misaligned, or "
+                    f"{display_name(self, 'lead')}"
+                )
+        if self.compromises and (self.also or len(mesh.gear_sets) > 1):
+            raise InputError(
+                f"compromises = {self.compromises}; are those of the peak to peak at "
+                "one misalignment, without further objectives"
+            )
+
+    def _sought_mesh(self, index: int) -> SoughtMesh:
+        return SoughtMesh(
+            gear_set=self.gear_set,
+            index=index,
+            places=tuple(p for p in PLACES if getattr(self, p.partition("_")[2])),
+            leads=self.lead,
+            misalignments_um=self.misalignment_um,
+            settings=replace(self.elements, root_stress=False),
+            shape=self.shape,
         )
+
+    def _find_reliefs(
+        self, mesh: SoughtMesh, torques: tuple[float, ...], job: Job
+    ) -> ReliefResult:
+        """Find the best reliefs and leads of a mesh at torques [N m]."""
+        gears, index = self.gear_set.loaded, mesh.index
+        cases = mesh.cases
+        before = cases.solved(torques)
+        limits = self._limits(before.largest_error, mesh.largest_misalignment)
+        positions = np.arange(self.elements.positions) / self.elements.positions
+        problem = mesh.problem(np.array(torques), positions, *limits)
+        problem = replace(problem, symmetric=self.symmetric)
+        objective = self._static_objective(
+            "largest" if self.objective == "vibration" else self.objective, before
+        )
+        problem = replace(problem, quantities=objective.quantities)
         best = self._search_best(problem, objective, job)
         vibration, design = None, best.design
         if self.objective == "vibration":
-            vibration = self._search_least_vibration(problem, best, index, torques, job)
+            vibration = self._search_least_vibration(problem, best, mesh, torques, job)
             design = vibration.design
         complete = vibration is None or vibration.complete
         front = self._compromise_front(problem, best, job) if complete else ((), 0)
         evaluations = best.evaluations + front[1]
-        places = [entry.place for entry in problem.ranges]
+        sought = problem
         if vibration is None:
-            problem, design, more_evaluations = without_idle_reliefs(
+            problem, design, more_evaluations = without_idle_features(
                 problem, design, objective
             )
             evaluations += more_evaluations
         problem, design = problem.separate(design)
-        reliefs = relief_rows(problem, design, objective)
-        edits = self._relief_keys(places, reliefs)
-        after = self.gear_set.changed(edits)
+        rows = design_rows(problem, design, objective)
+        edits = mesh.keys(sought, rows)
+        changed = mesh.changed(edits)
+        after = changed.solved(torques)
         shown_torques = torques
         if len(torques) > 1:
-            shown_torques = tuple(
-                np.linspace(min(torques), max(torques), SHOWN_TORQUES)
-            )
-        after_ste = _transmission_errors(after, index, torques, quick_settings)
+            count = SHOWN_OVER_WIDTH if after.vary_over_width else SHOWN_TORQUES
+            shown_torques = tuple(np.linspace(min(torques), max(torques), count))
         return ReliefResult(
             study=self,
             gear_set=gears.name,
             meshes=[n + 1 for n in gears.meshes_of_same_flanks(index)],
-            reliefs=reliefs,
-            before_um=self._objective_of_errors(before, objective) / UM,
-            after_um=self._objective_of_errors(after_ste, objective) / UM,
-            rows=peak_rows(torques, before, after_ste),
-            shown=peak_rows(
-                shown_torques,
-                _transmission_errors(gears, index, shown_torques, quick_settings),
-                _transmission_errors(after, index, shown_torques, quick_settings),
+            reliefs=rows.reliefs,
+            leads=rows.leads,
+            objective=objective,
+            before=before.objective(objective) / objective.unit,
+            after=after.objective(objective) / objective.unit,
+            rows=compared_rows(before, after),
+            shown=compared_rows(
+                cases.solved(shown_torques), changed.solved(shown_torques)
             ),
             evaluations=evaluations,
-            left_out=left_out_reliefs(places, reliefs),
+            left_out=left_out_features(sought, rows),
             max_magnitude_um=problem.max_magnitude / UM,
+            lead_limits={
+                f"{lead.role}_lead.{lead.name}": lead.limits[0] for lead in sought.leads
+            },
             vibration=vibration_entries(vibration),
             front=list(front[0]),
             tolerance=self._tolerance(problem, design, objective),
-            warnings=[
-                *(gear_set_warnings if vibration is None else motion_warnings)(after),
-                *table_warnings(mesh_statics(after, index, torques, settings)),
-            ],
+            warnings=self._warnings(changed, torques, vibration is None),
             tables=load_tables(self.gear_set.name, self.gear_set.overrides | edits),
             complete=complete,
         )
 
-    def _relief_keys(
-        self, places: list[str], reliefs: list[dict[str, Any]]
-    ) -> dict[str, Any]:
-        """Keys that give the reliefs to the mesh and to those with the same flanks."""
-        edits: dict[str, Any] = {}
-        for index in self.gear_set.loaded.meshes_of_same_flanks(self.mesh - 1):
-            edits |= relief_edits(index + 1, places, reliefs, self.shape)
-        return edits
+    def _warnings(
+        self, changed: Cases, torques: tuple[float, ...], is_static: bool
+    ) -> list[str]:
+        """Warnings of the gear set with its reliefs, and of its solutions."""
+        of_set = gear_set_warnings if is_static else motion_warnings
+        warnings = list(of_set(changed.gear_sets[0]))
+        for gears in changed.gear_sets:
+            solved = mesh_statics(gears, changed.index, torques, changed.settings)
+            warnings += [w for w in table_warnings(solved) if w not in warnings]
+        return warnings
 
-    def _relief_problem(
-        self, index: int, torques: tuple[float, ...], largest: float
-    ) -> ReliefProblem:
-        """The sought reliefs; largest : transmission error [m]."""
-        places = PLACES if self.root else PLACES[:2]
-        elements = replace(self.elements, root_stress=False)
-        contact = contact_problem(self.gear_set.loaded, index, elements)
-        no_reliefs: dict[str, Any] = {"tip_relief": None}
-        if self.root:
-            no_reliefs["root_relief"] = None
-        contact_without_reliefs = replace(
-            contact,
-            driver=replace(contact.driver, **no_reliefs),
-            driven=replace(contact.driven, **no_reliefs),
+    def _limits(self, largest_error: float, misalignment: float) -> tuple[float, float]:
+        """Largest relief and lead [m]."""
+        default = MAX_OVER_ERROR * largest_error
+        of_relief = UM * self.max_relief_um if self.max_relief_um else default
+        of_lead = UM * self.max_lead_um if self.max_lead_um else default + misalignment
+        return of_relief, of_lead
+
+    def _static_objective(
+        self, name: Objective, before: SolvedCases | None = None
+    ) -> ReliefObjective:
+        """The objective; before : by whose values several are scaled."""
+        objective = ReliefObjective(name, self.harmonics)
+        if not self.also or before is None:
+            return objective
+
+        def scale(name: Objective, weight: float) -> float:
+            alone = ReliefObjective(name, self.harmonics)
+            return before.objective(alone) / weight
+
+        others = tuple(
+            Term(name, scale(name, weight), self.harmonics)
+            for name, weight in self.also
         )
-        return ReliefProblem(
-            contact=contact_without_reliefs,
-            ranges=relief_ranges(contact_without_reliefs, places),
-            torques=np.array(torques),
-            positions=np.arange(self.elements.positions) / self.elements.positions,
-            max_magnitude=UM * self.max_relief_um
-            if self.max_relief_um
-            else MAX_OVER_ERROR * largest,
-            shape=self.shape,
-            symmetric=self.symmetric,
-        )
-
-    def _static_objective(self, name: Objective) -> ReliefObjective:
-        return ReliefObjective(name, self.harmonics)
-
-    def _objective_of_errors(self, ste: Array, objective: ReliefObjective) -> float:
-        """Objective [m] of transmission errors over one base pitch or several."""
-        pitches = ste.shape[1] // self.elements.positions
-        orders = tuple(pitches * order for order in objective.harmonics)
-        return replace(objective, harmonics=orders).of(ste)
+        return replace(objective, others=others, scale=scale(name, 1.0))
 
     def _search_best(
         self, problem: ReliefProblem, objective: ReliefObjective, job: Job
     ) -> BestRelief:
         starts = starting_designs(problem, self.starts)
         report = partial(job.report, "searches")
-        few = replace(problem, positions=_few_positions(problem, objective))
+        few = replace(
+            problem,
+            positions=_few_positions(problem, objective),
+            torques=np.unique([problem.torques.min(), problem.torques.max()]),
+        )
         is_quick = isinstance(problem.contact.solver, PlaneContact)
         if is_quick or few.positions.size == problem.positions.size:
             return find_best_relief(problem, starts, objective, report)
         # slices take long: at all positions from the best at few of them on
-        first = find_best_relief(few, starts, objective, report)
-        best = find_best_relief(problem, [first.design], objective, report)
-        evaluations = first.evaluations + best.evaluations
-        return replace(best, evaluations=evaluations, starts=first.starts)
+        first = find_best_relief(few, starts, objective, report, FIRST_GAINS)
+        return refined(problem, first, objective)
 
     def _search_least_vibration(
         self,
         problem: ReliefProblem,
         best: BestRelief,
-        index: int,
+        mesh: SoughtMesh,
         torques: tuple[float, ...],
         job: Job,
     ) -> VibrationBest:
         """Begin with the best of each static objective, that of `best` first."""
-        other_goals = STATIC_GOALS[1:]
+        other_goals = OF_ERROR[1:]
         if (self.elements.positions - 1) // 2 < self.harmonics[-1]:
             other_goals = other_goals[:1]
         static = {"largest": best.design} | {
@@ -384,10 +517,8 @@ class ReliefDesign(
         )
 
         def changed_gear_set(design: Array) -> GearSet:
-            reliefs = relief_rows(*problem.separate(design), None)
-            places = [entry.place for entry in problem.ranges]
-            edits = self._relief_keys(places, reliefs)
-            return self.gear_set.changed(edits)
+            rows = design_rows(*problem.separate(design), None)
+            return self.gear_set.changed(mesh.keys(problem, rows))
 
         search = VibrationSearch(
             changed=changed_gear_set,
@@ -395,7 +526,7 @@ class ReliefDesign(
             model=LumpedModel(
                 number="auto", excitation=stiffness, friction=elements.friction
             ),
-            index=index,
+            index=mesh.index,
             torques=torques,
             speeds=self.speeds,
             limit=self.designs,
@@ -415,17 +546,19 @@ class ReliefDesign(
             (best.design,),
             partial(job.report, "compromises"),
         )
-        count = len(problem.ranges)
-        designs = [problem.separate(point.design)[1] for point in points]
-        return [
-            {
-                "lowest_um": float(point.measures[0]) / UM,
-                "highest_um": float(point.measures[1]) / UM,
-                "magnitudes_um": design[:count].tolist(),
-                "lengths_pitches": design[count:].tolist(),
-            }
-            for point, design in zip(points, designs, strict=True)
-        ], evaluations
+        entries = []
+        for point in points:
+            magnitudes, lengths, _ = problem.parts(point.design)
+            sizes = [len(group) for group in problem.groups]
+            entries.append(
+                {
+                    "lowest_um": float(point.measures[0]) / UM,
+                    "highest_um": float(point.measures[1]) / UM,
+                    "magnitudes_um": np.repeat(magnitudes, sizes).tolist(),
+                    "lengths_pitches": np.repeat(lengths, sizes).tolist(),
+                }
+            )
+        return entries, evaluations
 
     def _tolerance(
         self, problem: ReliefProblem, design: Array, objective: ReliefObjective
@@ -456,9 +589,3 @@ def _few_positions(problem: ReliefProblem, objective: ReliefObjective) -> Array:
         if positions.size % step == 0 and positions.size // step >= least
     ]
     return np.asarray(positions[:: max(steps, default=1)])
-
-
-def _transmission_errors(
-    gears: Any, index: int, torques: Any, settings: StaticsSettings
-) -> Any:
-    return mesh_statics(gears, index, torques, settings).cycle.ste

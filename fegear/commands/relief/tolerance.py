@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fegear.commands.relief.best_relief import ReliefProblem
 from fegear.commands.relief.objective import ReliefObjective
+from fegear.commands.relief.relief_problem import ReliefProblem
 from lumped.common.array_types import Array
 from lumped.common.units import UM
 
@@ -52,17 +52,18 @@ def tolerance_band(
 
     magnitude : by which each may be larger or smaller [m]; length : [base pitches]
     """
-    ste, slopes = problem.ste(design)
+    responses = problem.responses(design)
     count = len(problem.ranges)
-    limits = np.repeat([magnitude / UM, length], count)
+    limits = np.zeros(design.size)  # leads are as they are
+    limits[: 2 * count] = np.repeat([magnitude / UM, length], count)
     random = np.random.default_rng(0)
-    changes = limits * random.uniform(-1.0, 1.0, (samples, 2 * count))
+    changes = limits * random.uniform(-1.0, 1.0, (samples, design.size))
     low = np.array(problem.bounds)[:, 0]
     changes = np.maximum(design + changes, low) - design
-    linear = [objective.of(ste + slopes @ change) for change in changes]
-    solved = [objective.of(problem.ste(design + change)[0]) for change in changes]
+    linear = [objective.of_linear(responses, change) for change in changes]
+    solved = [objective.of(problem.values(design + change)) for change in changes]
     return ToleranceBand(
-        nominal=objective.of(ste),
+        nominal=objective.of_responses(responses),
         first_order=float(np.quantile(linear, QUANTILE)),
         solved=float(np.quantile(solved, QUANTILE)),
         samples=samples,

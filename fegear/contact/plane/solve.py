@@ -20,6 +20,7 @@ from fegear.contact.plane.runs import (
 )
 from fegear.contact.problem import ContactFailure, ContactProblem, MeshPositions
 from fegear.contact.result import ContactCycle, FaceLoads
+from fegear.gearset.modifications import LEAD_SIZES
 from lumped.common.array_types import Array, Indices
 
 PATH_MARGIN = 0.01  # base pitches from the ends of the path, as corners reach
@@ -220,6 +221,7 @@ def _recorded(
         load_slope=cells.slope * width,
         relief_slope=rates.relief.sum(axis=2) / total_slope,
         profile_slope=rates.profile.sum(axis=2) / total_slope[..., 0],
+        lead_slope=np.zeros((*rates.shape[:2], 2, len(LEAD_SIZES))),
         gap=np.where(cells.gap >= NO_FLANK_GAP, np.inf, cells.gap),
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),
@@ -250,4 +252,5 @@ def _uniform_loads(
         pressure=cells.pressure[..., None],
         arc=cells.arc[..., None, :],
         coupling=np.empty((*cells.shape[:2], 0, 0)),
+        load_change=np.empty((cells.shape[0], 0, cells.shape[2], 1, 0)),
     )

@@ -20,8 +20,8 @@ class WidthContact(ShortRepr):
     driver, driven : compliance over the width of each gear
     width : common face width [m]
     offsets : middle of the common width from the middle of either gear [m]
-    gap, back_gap : (slices,) material missing along the line of action, on drive flanks
-        and on back flanks of both gears [m]
+    gap, back_gap : (slices,) along the line of action that belongs to neither gear, of
+        drive flanks and of back flanks [m]
     """
 
     positions_at_once: ClassVar[int] = 32
@@ -66,7 +66,7 @@ class WidthContact(ShortRepr):
         return slice_places(self.width, self.slices)
 
     def gap_at(self, place: Array) -> Array:
-        """Material missing at places (p,) from the middle of the common width [m].
+        """Gap at places (p,) from the middle of the common width [m].
 
         Linear between the middles of slices, and beyond the outer ones.
         """

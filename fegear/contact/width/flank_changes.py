@@ -7,12 +7,14 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from fegear.contact.problem import ContactProblem
+from fegear.gearset.modifications import LEAD_SIZES, FlankLead
 
-# Of a depth, in which the gap is linear, and of a roll length, small beside a slice [m]
+# Of a depth, in which the gap is linear, and of a length, small beside a slice [m]
 DEPTH_STEP, ROLL_STEP = 1e-7, 1e-6
 RELIEFS = "tip_relief", "root_relief"
 RELIEF_STEPS = {"magnitude": DEPTH_STEP, "start_roll_length": ROLL_STEP}
 PROFILE_STEPS = {"crowning": DEPTH_STEP, "slope": DEPTH_STEP}
+LEAD_STEPS = dict.fromkeys(LEAD_SIZES, DEPTH_STEP) | {"end_length": ROLL_STEP}
 
 
 class FlankChange(NamedTuple):
@@ -29,7 +31,7 @@ class FlankChange(NamedTuple):
 
 
 def changed_flanks(problem: ContactProblem) -> Iterator[FlankChange]:
-    """Changes of the reliefs and profiles that there are."""
+    """Changes of the reliefs, profiles and leads that there are."""
     for gear, flank in enumerate(problem.flanks):
         for end, name in enumerate(RELIEFS):
             relief = getattr(flank, name)
@@ -39,12 +41,24 @@ def changed_flanks(problem: ContactProblem) -> Iterator[FlankChange]:
         for i, (other, step) in enumerate(_changes(flank.profile, PROFILE_STEPS)):
             changed = _with_flank(problem, gear, profile=other)
             yield FlankChange(changed, "profile_slope", (gear, i), step)
+        for i, (other, step) in enumerate(
+            _changes(flank.lead, _lead_steps(flank.lead))
+        ):
+            changed = _with_flank(problem, gear, lead=other)
+            yield FlankChange(changed, "lead_slope", (gear, i), step)
+
+
+def _lead_steps(lead: FlankLead | None) -> Mapping[str, float]:
+    """Steps of the sizes of a lead; an end relief without length has none."""
+    if lead is not None and lead.end_length > 0.0:
+        return LEAD_STEPS
+    return {name: LEAD_STEPS[name] for name in ("crowning", "slope")}
 
 
 def _changes(
     modification: Any, steps: Mapping[str, float]
 ) -> Iterator[tuple[Any, float]]:
-    """A relief or profile with one of its sizes changed by a step; none of None."""
+    """A modification with one of its sizes changed by a step; none of None."""
     for name, step in steps.items() if modification is not None else ():
         size = getattr(modification, name) + step
         yield replace(modification, **{name: size}), step

@@ -18,6 +18,7 @@ from fegear.contact.result import ContactCycle, FaceLoads, empty_values
 from fegear.contact.width.compliance import TINY, FaceCompliance, LineParts
 from fegear.contact.width.contact import WidthContact
 from fegear.contact.width.flank_changes import FlankChange, changed_flanks
+from fegear.gearset.modifications import LEAD_SIZES
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
 
@@ -27,7 +28,7 @@ MAX_STEPS = 60
 MIN_PART = 1e-6  # of half a slice that is cut off at an end of the path
 PATH_MARGIN = 0.02  # base pitches from the ends of the path, as edges reach
 SHORTEST = 1e-30  # line of contact [m] in place of none
-SIZE_STEP = 1e-3  # of a contact, for the slope by its size
+SIZE_STEP = 1e-6  # of a contact, for the slope by its size
 LOAD_RTOL = 1e-10  # change of loads over the largest, at which they are solved
 FLOOR = 1e-9  # of a slice's load over the mean, for the size of its contact
 LIMIT_GROWTH = 1.5
@@ -91,13 +92,13 @@ class FaceSolver:
         from fegear.contact.plane.kernels.flanks import NO_FLANK_GAP
         from fegear.contact.width.places import place_slices
 
-        pair, face = self.problem.pair, self.face
+        pair = self.problem.pair
         middle, slope = self.rolls(teeth, position)
         index, slices, low, high = self._parts_of_slices(middle, slope)
         place = 0.5 * (low + high)
         rolls = middle[index] - slope * place
         patches = np.zeros(rolls.size, PATCH).view(np.recarray)
-        patches.extra_gap = gaps[index] + face.gap_at(place)
+        patches.extra_gap = gaps[index] + self._gap_at(place)
         place_slices(*self._kernel, patches, rolls)
         friction = self.problem.friction * patches.sliding_sign
         arms, is_driver = patches.moment_arms.T, (patches.master == 0)[:, None]
@@ -126,6 +127,29 @@ class FaceSolver:
             on_path=(rolls > pair.path_start + margin)
             & (rolls < pair.path_end - margin),
         )
+
+    def with_leads(self, lines: LinesOfContact, other: FaceSolver) -> LinesOfContact:
+        """Lines of contact of this problem, whose leads alone are not those of another.
+
+        lines : of the other problem
+        """
+        place, closing = lines.parts.place, lines.closing / self.compliance.helix_cosine
+        gap = self._gap_at(place) - other._gap_at(place)
+        is_there = np.isfinite(lines.gap)
+        return replace(lines, gap=lines.gap + gap / np.where(is_there, closing, 1.0))
+
+    def _gap_at(self, place: Array) -> Array:
+        """Gap of misaligned axes and leads (p,) along the line of action [m].
+
+        place : (p,) from the middle of the common width [m]
+        """
+        face, gap = self.face, self.face.gap_at(place)
+        for flank, offset, width in zip(
+            self.problem.flanks, face.offsets, face.widths, strict=True
+        ):
+            if flank.lead is not None:
+                gap = gap + flank.lead.depth(place + offset, width)
+        return gap
 
     def _parts_of_slices(
         self, middle: Array, slope: float
@@ -205,6 +229,11 @@ class Slices:
     @cached_property
     def arm(self) -> Array:
         return self.lines.arm[self.index]
+
+    @cached_property
+    def rootward(self) -> Array:
+        """Displacement of parts toward the roots under their own line (s, s) [m/N]."""
+        return self.compliance.rootward(self.parts)
 
     def spread(self, values: Array) -> Array:
         """Values (s,) at their places among all parts, others 0."""
@@ -341,14 +370,14 @@ class Slices:
         self, solved: SliceLoads, torque: float, size: float, touches: Touches
     ) -> SliceLoads:
         """The slopes with contacts that grow with the root of the torque."""
-        step, load = SIZE_STEP * size, np.maximum(solved.load, TINY)
-
-        def approach(changed: float) -> Array:
-            of_own, _ = self.compliance.own_contact(load, self.parts, changed)
-            return self.compliance.near(self.parts, changed) @ solved.load + of_own
-
-        grown = (approach(size + step) - approach(size - step)) / (2.0 * step)
-        stiffer = grown[touches] * size / (2.0 * torque)
+        parts, load = self.parts.chosen(touches), np.maximum(solved.load[touches], TINY)
+        step, both = SIZE_STEP * size, np.ix_(touches, touches)
+        near = solved.matrix[both] - self.smooth[both]
+        of_own, _ = self.compliance.own_contact(load, parts, size)
+        grown_near = self.compliance.near(parts, size + step)
+        grown_own, _ = self.compliance.own_contact(load, parts, size + step)
+        grown = (grown_near - near) @ solved.load[touches] + grown_own - of_own
+        stiffer = grown / step * size / (2.0 * torque)
         by_torque = np.zeros(self.gap.size)
         by_torque[touches] = np.linalg.solve(solved.tangent, stiffer)
         slope = solved.torque_slope / (1.0 + self.arm @ by_torque)
@@ -361,27 +390,34 @@ class Slices:
         solved: SliceLoads,
         changed: Sequence[LinesOfContact],
         changes: Sequence[FlankChange],
-    ) -> list[float]:
-        """Slopes of the transmission error at the torque by changes of the flanks.
+    ) -> tuple[Array, Array]:
+        """Slopes by changes (c,) of the flanks, at the torque.
 
-        The conditions of what touches, and the torque, stay as they are:
-        arm^T M^-1 (closing (dste - dgap) + dclosing (ste - gap)) + darm^T load = 0.
+        Of the transmission error (c,) and of the forces (s, c) [N/m]. The conditions of
+        what touches, and the torque, stay as they are:
+        tangent dload = closing (dste - dgap) + dclosing (ste - gap) and
+        arm^T dload + darm^T load = 0.
 
         changed : lines of contact of the same parts, of changed flanks
         """
         touches = np.flatnonzero(solved.load > 0.0)
-        index = self.index[touches]
-        by_torque = np.linalg.solve(solved.tangent, self.arm[touches])
-        closing, arm = self.closing[touches], self.arm[touches]
-        deflection = solved.ste - self.gap[touches]
-        slopes = []
-        for lines, change in zip(changed, changes, strict=True):
-            opened = closing * (lines.gap[index] - self.gap[touches])
-            opened -= (lines.closing[index] - closing) * deflection
-            turned = (lines.arm[index] - arm) @ solved.load[touches]
-            rate = (by_torque @ opened - turned) / (by_torque @ closing)
-            slopes.append(float(rate / change.step))
-        return slopes
+        index, arm = self.index[touches], self.arm[touches]
+        closing, deflection = self.closing[touches], solved.ste - self.gap[touches]
+        steps = np.array([change.step for change in changes])
+        gaps, closings, arms = (
+            np.stack([getattr(lines, name)[index] for lines in changed], axis=1)
+            for name in ("gap", "closing", "arm")
+        )
+        opened = closing[:, None] * (gaps - self.gap[touches, None])
+        opened -= (closings - closing[:, None]) * deflection[:, None]
+        turned = solved.load[touches] @ (arms - arm[:, None])
+        every = np.column_stack([closing, opened])
+        by_ste, *by_opening = np.linalg.solve(solved.tangent, every).T
+        opening = np.array(by_opening)
+        ste_slope = (opening @ arm - turned) / (by_ste @ arm)
+        forces = np.zeros((self.gap.size, steps.size))
+        forces[touches] = np.outer(by_ste, ste_slope) - opening.T
+        return ste_slope / steps, forces / steps
 
     def _residual(self, solved: SliceLoads, size: float, touches: Touches) -> float:
         """Largest gap or overlap of what touches, and overlap of what does not.
@@ -439,7 +475,7 @@ def solve_over_width(
 ) -> ContactCycle:
     """Contact at positive torques (t,) [N m] and positions (n,) of a cycle.
 
-    with_slopes : whether the slopes by reliefs and profiles are asked for
+    with_slopes : whether the slopes by changes of the flanks are asked for
     """
     positions = places.position
     teeth = pairs_over_width(problem, face, positions)
@@ -447,15 +483,18 @@ def solve_over_width(
     solver = FaceSolver(problem, face)
     changes = tuple(changed_flanks(problem)) if with_slopes else ()
     changed_solvers = [FaceSolver(change.problem, face) for change in changes]
-    cycle = _empty_cycle(solver, torques, places, teeth, with_slopes)
+    cycle = _empty_cycle(solver, torques, places, teeth, changes)
     softness = sum(1.0 / flank.kernel.modulus for flank in face.flanks)
     order = np.argsort(-torques)
     for n, position in enumerate(positions):
         require_running()
-        lines, *lines_of_changes = (
-            one.lines(teeth, float(position), gaps[n])
-            for one in (solver, *changed_solvers)
-        )
+        lines = solver.lines(teeth, float(position), gaps[n])
+        lines_of_changes = [
+            one.with_leads(lines, solver)
+            if change.field == "lead_slope"
+            else one.lines(teeth, float(position), gaps[n])
+            for change, one in zip(changes, changed_solvers, strict=True)
+        ]
         no_load = float(lines.gap.min())
         if not math.isfinite(no_load):
             raise ContactFailure(f"no flanks face each other at position {position:g}")
@@ -477,11 +516,9 @@ def solve_over_width(
                 solved = slices.solve(torque, size)
             start = np.maximum(solved.load, 0.0)
             _store(cycle, (int(t), n), slices, solved, no_load)
-            if not changes:
-                continue
-            slopes = slices.slopes_of(solved, lines_of_changes, changes)
-            for change, slope in zip(changes, slopes, strict=True):
-                getattr(cycle, change.field)[(int(t), n, *change.at)] = slope
+            if changes:
+                by_change = slices.slopes_of(solved, lines_of_changes, changes)
+                _store_slopes(cycle, (int(t), n), slices, changes, by_change)
     return cycle
 
 
@@ -499,13 +536,13 @@ def _empty_cycle(
     torques: Array,
     places: MeshPositions,
     teeth: Indices,
-    with_slopes: bool,
+    changes: Sequence[FlankChange],
 ) -> ContactCycle:
     """Cycle to be filled in, with what is known before."""
     pair, face = solver.problem.pair, solver.face
     sizes = {"t": torques.size, "n": places.position.size, "k": teeth.size}
-    sizes |= {"m": face.slices, "g": 2}
-    sizes["s"] = places.position.size if with_slopes else 0
+    sizes |= {"m": face.slices, "g": 2, "l": len(LEAD_SIZES), "c": len(changes)}
+    sizes["s"] = places.position.size if changes else 0
     twist_lead = pair.driver.base_radius * face.driver.kernel.twist * face.places
     loads = empty_values(
         FaceLoads,
@@ -582,13 +619,29 @@ def _store(
     face.on_path[n] = ~off_path
 
 
+def _store_slopes(
+    cycle: ContactCycle,
+    at: tuple[int, int],
+    slices: Slices,
+    changes: Sequence[FlankChange],
+    by_change: tuple[Array, Array],
+) -> None:
+    """Fill in slopes of the transmission error and of forces by changes of flanks."""
+    ste_slope, forces = by_change
+    for change, slope in zip(changes, ste_slope, strict=True):
+        getattr(cycle, change.field)[(*at, *change.at)] = slope
+    parts, slices_of_parts = slices.parts, slices.lines.slices[slices.index]
+    per_length = forces / cycle.face.slice_length
+    np.add.at(cycle.face.load_change[at], (parts.pair, slices_of_parts), per_length)
+
+
 def _friction_bending(slices: Slices, solved: SliceLoads, carries: Touches) -> Array:
     """Deflection of pairs (k,) toward the roots over that along the normal, negated."""
     compliance, load, parts = slices.compliance, solved.load, slices.parts
     approach, _ = compliance.own_contact(np.maximum(load, TINY), parts, solved.size)
     of_line = np.where(parts.is_same_line, solved.matrix, 0.0)
     normal = load * (of_line @ load + approach)
-    tangential = load * (compliance.rootward(parts) @ load)
+    tangential = load * (slices.rootward @ load)
     toward_root, along_normal = (
         np.bincount(parts.pair, values, carries.size) for values in (tangential, normal)
     )

@@ -16,6 +16,7 @@ from fegear.contact.pairs import back_side_position
 from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.result import DECLARED, ContactCycle, FaceLoads, joined_cycles
 from fegear.contact.solve import coupling_of_pairs, solve_cycle
+from fegear.gearset.modifications import LEAD_SIZES
 
 TORQUES = [60.0, 100.0]
 POSITIONS = np.arange(8) / 8.0
@@ -46,9 +47,10 @@ def cycle(request, contact):
 def test_fields_are_over_what_they_declare(cycle):
     face = cycle.face
     sizes = {"t": 2, "n": 8, "k": cycle.teeth.size, "m": face.place.size, "g": 2}
+    sizes |= {"l": len(LEAD_SIZES), "c": 0}
     for values in (cycle, face):
         for name, over in DECLARED[type(values)].items():
-            sizes["s"] = 0 if name.endswith("_slope") else sizes["n"]
+            sizes["s"] = 0 if name.endswith(("_slope", "_change")) else sizes["n"]
             shape = getattr(values, name).shape
             if name != "coupling" or shape[2]:
                 assert shape == tuple(sizes[axis] for axis in over.axes), name

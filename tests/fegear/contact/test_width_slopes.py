@@ -1,4 +1,4 @@
-"""Slopes of the transmission error by reliefs, where loads vary over the width."""
+"""Slopes by changes of the flanks, where loads vary over the width."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import pytest
 from sliced_pairs import problem, slope
 
 from fegear.contact.solve import solve_cycle
-from fegear.gearset.modifications import FlankProfile, Relief
+from fegear.gearset.modifications import LEAD_SIZES, FlankLead, FlankProfile, Relief
 
 TORQUES, PLACES = [80.0, 200.0], np.arange(4) / 4.0 + 0.05
 CASES = {
@@ -73,7 +73,33 @@ def test_slopes_by_profiles_are_those_of_two_solutions():
     assert (solved.profile_slope[:, :, 1] == 0.0).all()
 
 
+@pytest.mark.parametrize("kind", CASES)
+def test_slopes_by_leads_are_those_of_two_solutions(kind):
+    """Of the transmission error and of the loads."""
+    contact = CASES[kind]()
+    sizes = {"crowning": 5e-6, "slope": -4e-6, "end_relief": 4e-6, "end_length": 6e-3}
+
+    def solved(with_slopes=False, **changed):
+        lead = FlankLead(**{**sizes, **changed})
+        driven = replace(contact.driven, lead=lead)
+        problem = replace(contact, driven=driven)
+        return solve_cycle(problem, TORQUES, PLACES, 0, with_slopes)
+
+    middle = solved(with_slopes=True)
+    for i, name in enumerate(LEAD_SIZES):
+        step = 1e-5 if name == "end_length" else 1e-8
+        above, below = (solved(**{name: sizes[name] + s * step}) for s in (1, -1))
+        for ours, of in (
+            (middle.lead_slope[:, :, 1, i], lambda cycle: cycle.ste),
+            (middle.face.load_change[..., i], lambda cycle: cycle.face.load),
+        ):
+            expected = (of(above) - of(below)) / (2.0 * step)
+            assert np.abs(ours - expected).max() < 0.01 * np.abs(expected).max()
+    assert not middle.lead_slope[:, :, 0].any()
+
+
 def test_nothing_is_kept_that_was_not_asked_for():
     contact = with_tip_reliefs(CASES["straight"](), [[6e-6, 0.4], [5e-6, 0.3]])
     solved = solve_cycle(contact, TORQUES[:1], PLACES[:2])
     assert solved.relief_slope.shape == (1, 0, 2, 2, 2)
+    assert solved.face.load_change.size == 0

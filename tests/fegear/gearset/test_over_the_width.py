@@ -12,7 +12,7 @@ from small_sets import PAIR
 from fegear.commands.show.derived import gear_figures, mesh_figures
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
-from fegear.gearset.leads import require_uniform_loads, width_gap
+from fegear.gearset.leads import misaligned_gap, require_uniform_loads, width_gap
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.planes import plane_in_words
 
@@ -425,17 +425,17 @@ def test_gaps_of_back_flanks():
     """Axes give way on one side and come nearer on the other; removal is alike."""
     place = np.linspace(-5e-3, 5e-3, 5)
 
-    def gaps(**keys):
-        gears = make_gear_set({**PAIR, "mesh": [{**PAIR["mesh"][0], **keys}]})
-        return width_gap(gears, 0, place), width_gap(gears, 0, place, back=True)
+    def gears(**keys):
+        return make_gear_set({**PAIR, "mesh": [{**PAIR["mesh"][0], **keys}]})
 
-    drive, back = gaps(misalignment_um=20.0)
+    misaligned = gears(misalignment_um=20.0)
+    drive, back = (misaligned_gap(misaligned, 0, place, side) for side in (False, True))
     assert drive == pytest.approx(2e-6 * (5.0 + 1e3 * place))
     # normals of both flanks of a tooth, in the section
     angle = np.radians(24.0)
     of_drive, of_back = (np.array([s * np.cos(angle), np.sin(angle)]) for s in (1, -1))
     assert back == pytest.approx(drive * (of_drive @ of_back))
-    drive, back = gaps(driven_lead={"slope_um": 12.0})
-    assert back == pytest.approx(-drive)
-    drive, back = gaps(driver_lead={"crowning_um": 12.0})
-    assert back == pytest.approx(drive)
+    for keys, sign in (({"slope_um": 12.0}, -1.0), ({"crowning_um": 12.0}, 1.0)):
+        lead = gears(driven_lead=keys).meshes[0].driven_flank.lead
+        depths = [one.depth(place, 10e-3) for one in (lead, lead.of_back_flanks)]
+        assert depths[1] == pytest.approx(sign * depths[0])

@@ -16,13 +16,12 @@ from wide_sets import HELICAL
 
 import fegear
 from fegear.commands.relief.best_relief import (
-    ReliefProblem,
     find_best_relief,
-    relief_ranges,
     starting_designs,
-    without_idle_reliefs,
+    without_idle_features,
 )
 from fegear.commands.relief.objective import ReliefObjective, peak_to_peak
+from fegear.commands.relief.relief_problem import ReliefProblem, relief_ranges
 from fegear.contact.pairs import candidate_pairs
 from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.plane.kernels.cycle import TORQUE
@@ -82,6 +81,11 @@ def test_slopes_of_the_load_add_up_to_the_local_stiffness(contact):
     np.testing.assert_allclose(total, cycle.local_stiffness, rtol=1e-12)
 
 
+def errors(problem, design):
+    """Transmission errors of a design in all cases."""
+    return problem.responses(design)["ste"].values
+
+
 @pytest.mark.parametrize("friction", [0.0, 0.1])
 @pytest.mark.parametrize(("nodes", "tolerance"), [(25, 0.02), (101, 0.004)])
 def test_derivatives_approach_differences_with_finer_nodes(
@@ -92,9 +96,9 @@ def test_derivatives_approach_differences_with_finer_nodes(
     problem = relief_problem(finer, "parabolic")
     problem = replace(problem, torques=np.array([100.0]))
     design = np.array([8.0, 7.0, 0.4, 0.35])
-    _, slopes = problem.ste(design)
+    _, slopes = problem.responses(design)["ste"]
     for i, step in enumerate([1e-3, 1e-3, 1e-4, 1e-4]):
-        ends = [problem.ste(design + s * step * np.eye(4)[i])[0] for s in (1, -1)]
+        ends = [errors(problem, design + s * step * np.eye(4)[i]) for s in (1, -1)]
         difference = (ends[0] - ends[1]) / (2.0 * step)
         largest = np.abs(difference).max()
         assert np.abs(difference - slopes[..., i]).max() < tolerance * largest
@@ -119,7 +123,7 @@ def test_no_design_of_a_grid_is_better_by_one_per_cent(contact, objective):
     found = find_best_relief(problem, starting_designs(problem, 5), goal)
     reduce = np.max if objective == "largest" else np.mean
     grid = itertools.product(*(np.linspace(*ends, 6) for ends in problem.bounds))
-    values = [reduce(peak_to_peak(problem.ste(np.array(x))[0])) for x in grid]
+    values = [reduce(peak_to_peak(errors(problem, np.array(x)))) for x in grid]
     assert found.value < 1.01 * min(values)
     assert found.evaluations < len(values) / 15
     assert found.value == pytest.approx(reduce(found.measures), rel=1e-12)
@@ -217,8 +221,9 @@ def test_a_relief_that_ends_at_its_limit_is_told():
 def test_symmetric_reliefs_have_one_size_and_the_sum_of_derivatives(contact):
     apart = relief_problem(contact)
     problem = replace(apart, symmetric=True)
-    ste, slopes = problem.ste(np.array([8.0, 0.4]))
-    ste_apart, slopes_apart = apart.ste(np.array([8.0, 8.0, 0.4, 0.4]))
+    ste, slopes = problem.responses(np.array([8.0, 0.4]))["ste"]
+    design = np.array([8.0, 8.0, 0.4, 0.4])
+    ste_apart, slopes_apart = apart.responses(design)["ste"]
     np.testing.assert_array_equal(ste, ste_apart)
     np.testing.assert_array_equal(slopes, slopes_apart.reshape(3, 16, 2, 2).sum(-1))
     lengths = [entry.lengths for entry in problem.ranges]
@@ -230,7 +235,7 @@ def test_the_best_symmetric_relief_is_that_of_a_grid(contact):
     goal = ReliefObjective("largest")
     found = find_best_relief(problem, starting_designs(problem, 5), goal)
     grid = itertools.product(*(np.linspace(*ends, 13) for ends in problem.bounds))
-    best = min(goal.of(problem.ste(np.array(x))[0]) for x in grid)
+    best = min(goal.of_responses(problem.responses(np.array(x))) for x in grid)
     assert found.value < 1.001 * best
 
 
@@ -259,18 +264,19 @@ def test_reliefs_without_effect_are_left_out(contact):
     """One too small to count, and one whose mate is refined in its place."""
     problem, objective = relief_problem(contact), ReliefObjective()
     best = find_best_relief(problem, starting_designs(problem, 3), objective)
-    both, design, _ = without_idle_reliefs(problem, best.design, objective)
+    both, design, _ = without_idle_features(problem, best.design, objective)
     assert both.ranges == problem.ranges
     np.testing.assert_array_equal(design, best.design)
     alone = best.design * np.array([0.0, 1.0, 1.0, 1.0])
     for size_um in (0.001, 0.1):
         small = alone + np.array([size_um, 0.0, 0.0, 0.0])
-        fewer, design, solutions = without_idle_reliefs(problem, small, objective)
+        fewer, design, solutions = without_idle_features(problem, small, objective)
         assert [entry.place for entry in fewer.ranges] == ["driven_tip"]
         assert solutions >= 4
-        reached = objective.of(fewer.ste(design)[0])
-        before = objective.of(problem.ste(small)[0])
-        none = objective.of(replace(problem, ranges=()).ste(np.empty(0))[0])
+        reached = objective.of_responses(fewer.responses(design))
+        before = objective.of_responses(problem.responses(small))
+        without = replace(problem, ranges=())
+        none = objective.of_responses(without.responses(np.empty(0)))
         assert reached <= before + 1e-3 * none
 
 
@@ -308,7 +314,7 @@ def test_helical_gears_have_no_better_relief_on_a_grid():
     best = find_best_relief(problem, starting_designs(problem, 3), ReliefObjective())
     (_, most), (_, longest) = problem.bounds
     sizes = itertools.product(most * np.arange(6) / 5.0, longest * np.arange(1, 6) / 5)
-    on_grid = [peak_to_peak(problem.ste(np.array(one))[0])[0] for one in sizes]
+    on_grid = [peak_to_peak(errors(problem, np.array(one)))[0] for one in sizes]
     without = on_grid[0]
     assert best.value <= 1.001 * min(on_grid)
     assert best.value < 0.6 * without

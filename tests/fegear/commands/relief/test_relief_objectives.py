@@ -11,13 +11,13 @@ from scipy.optimize import minimize
 
 import fegear
 from fegear.commands.relief.best_relief import (
-    ReliefProblem,
     find_best_relief,
-    relief_ranges,
     starting_designs,
 )
 from fegear.commands.relief.front import relief_front
 from fegear.commands.relief.objective import ReliefObjective, linear_step, peak_to_peak
+from fegear.commands.relief.quantities import SlopedValues
+from fegear.commands.relief.relief_problem import ReliefProblem, relief_ranges
 from fegear.commands.relief.tolerance import tolerance_band
 from fegear.commands.relief.vibration import VibrationSearch
 from fegear.statics.contact_problem import contact_problem
@@ -48,7 +48,7 @@ def random_change(seed, torques=2, positions=16, size=4):
 def test_the_measure_of_harmonics_is_that_of_their_amplitudes():
     ste, _, _ = random_change(1)
     for orders in ((1,), (1, 2, 3), (2, 5)):
-        measures = ReliefObjective("harmonics", orders).measures(ste)
+        measures = ReliefObjective("harmonics", orders).measures({"ste": ste})
         for values, measure in zip(ste, measures, strict=True):
             amplitudes = [one.amplitude for one in mesh_harmonics(values, 7)]
             expected = np.linalg.norm([amplitudes[order - 1] for order in orders])
@@ -58,13 +58,15 @@ def test_the_measure_of_harmonics_is_that_of_their_amplitudes():
 @pytest.mark.parametrize("seed", range(5))
 def test_the_step_of_harmonics_is_that_of_another_solver(seed):
     ste, slopes, limits = random_change(seed)
-    step, value = linear_step(ste, slopes, limits, HARMONICS)
-    assert value == pytest.approx(HARMONICS.of(ste + slopes @ step), rel=1e-9)
+    step, value = linear_step({"ste": SlopedValues(ste, slopes)}, limits, HARMONICS)
+    assert value == pytest.approx(HARMONICS.of({"ste": ste + slopes @ step}), rel=1e-9)
 
     def squares(x):  # by the largest, as another unknown
-        return x[4] ** 2 - HARMONICS.measures(1e6 * (ste + slopes @ x[:4])) ** 2
+        return (
+            x[4] ** 2 - HARMONICS.measures({"ste": 1e6 * (ste + slopes @ x[:4])}) ** 2
+        )
 
-    start = np.append(np.zeros(4), 1.1e6 * HARMONICS.of(ste))
+    start = np.append(np.zeros(4), 1.1e6 * HARMONICS.of({"ste": ste}))
     other = minimize(
         lambda x: x[4],
         start,
@@ -80,8 +82,11 @@ def test_the_best_relief_of_harmonics_has_smaller_ones_than_that_of_the_peaks(pr
     starts = starting_designs(problem, 2)
     by_peaks = find_best_relief(problem, starts, ReliefObjective())
     by_harmonics = find_best_relief(problem, starts, HARMONICS)
-    assert by_harmonics.value < HARMONICS.of(problem.ste(by_peaks.design)[0])
-    plain = HARMONICS.of(problem.ste(np.array([0.0, 0.0, 0.4, 0.4]))[0])
+    assert by_harmonics.value < HARMONICS.of_responses(
+        problem.responses(by_peaks.design)
+    )
+    none = problem.responses(np.array([0.0, 0.0, 0.4, 0.4]))
+    plain = HARMONICS.of_responses(none)
     assert by_harmonics.value < 0.5 * plain
 
 
@@ -94,7 +99,7 @@ def test_compromises_trade_one_torque_for_the_other(problem):
     assert (np.diff(measures[:, 0]) > 0.0).all()
     assert (np.diff(measures[:, 1]) < 0.0).all()
     for point in points:
-        solved = peak_to_peak(problem.ste(point.design)[0])
+        solved = peak_to_peak(problem.responses(point.design)["ste"].values)
         np.testing.assert_allclose(solved, point.measures, rtol=1e-12)
     best = find_best_relief(problem, starting_designs(problem, 5), ReliefObjective())
     assert measures.max(axis=1).min() < 1.05 * best.value
