@@ -766,7 +766,8 @@ class ShaftEntry(Keys):
     )
     lengths_mm: Entries[Length] | None = Field(
         default=None,
-        description="Lengths of the shaft's sections, from its first end.",
+        description="Lengths of the shaft's sections, from its first end, which is the "
+        "near one.",
     )
     diameters_mm: Entries[Length] | None = Field(
         default=None, description="Diameter of every section."
