@@ -325,3 +325,49 @@ def test_planetary_sets_with_wrong_modules_are_refused_by_key(key):
     tables["defaults"] |= {key: 2.0, MODULE_KEYS[key == MODULE_KEYS[0]]: 2.0}
     with pytest.raises(InputError, match="only one is allowed"):
         make_gear_set(tables)
+
+
+@pytest.mark.parametrize("key", MODULE_KEYS)
+def test_a_centre_distance_of_planets_is_not_inferred_where_teeth_do_not_fit(key):
+    tables = copy.deepcopy(PLANETS)
+    tables["defaults"][key] = values_of_module(2.0, 0.0)[key]
+    inferences = make_gear_set(tables).inferences
+    assert not [line for line in inferences if "center_distance_mm" in line]
+    tables["gear"][2]["teeth"] = 99
+    with pytest.raises(InputError, match="planetary: center_distance_mm is needed; te"):
+        make_gear_set(tables)
+
+
+def test_round_off_of_another_key_is_no_other_value():
+    for step in range(60):
+        module, helix = 1.0 + 0.137 * step, 3.0 + 0.41 * step
+        tables = pair_tables(helix, module_mm=module)
+        values = values_of_module(module, helix)
+        key = MODULE_KEYS[1 + step % 3]
+        tables["gear"][1] |= {key: values[key]}
+        tables["gear"][1] |= {
+            "transverse_pressure_angle_deg": values_of_angle(20.0, helix)[
+                "transverse_pressure_angle_deg"
+            ]
+        }
+        inferences = make_gear_set(tables).inferences
+        assert not [line for line in inferences if "to fit its mate" in line]
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "distance_mm"),
+    [
+        # of 3.19246 mm; 31.5 m_t = 100.56249 mm, teeth of 3.1925 mm need 100.56375 mm
+        ("transverse_module_mm", 3.1925, 100.562),
+        # 7.95625 per inch are the same module, 7.9562 need 100.56309 mm
+        ("transverse_diametral_pitch_per_in", 7.9562, 100.562),
+    ],
+)
+def test_digits_of_the_key_in_the_file_may_take_backlash(key, value, distance_mm):
+    """Half a unit of the last digit of the module and of the centre distance."""
+    tables = pair_tables(20.0, **{key: value})
+    tables["mesh"][0]["center_distance_mm"] = distance_mm
+    assert make_gear_set(tables).meshes[0].backlash == 0.0
+    tables["mesh"][0]["center_distance_mm"] = distance_mm - 0.001
+    with pytest.raises(InputError, match=r"center_distance_mm = 100\.561"):
+        make_gear_set(tables)
