@@ -294,6 +294,7 @@ class SpurGear(Involute):
             raise beyond("rack_tip_radius", self.rack_tip_radius, bound)
 
 
+MIN_PRESSURE_ANGLE_DEG, MAX_PRESSURE_ANGLE_DEG = 5.0, 35.0  # across the axis
 MAX_SHIFT = 2.0  # of the profile, to either side, in modules
 MIN_TIP_LAND = 0.05  # thickness of a tooth at its tip, in modules
 MAX_BISECTIONS = 200  # halve an interval down to round-off
@@ -414,9 +415,7 @@ def require_rack(gear: SpurGear) -> None:
     limits = f"must be {-MAX_SHIFT:g} to {MAX_SHIFT:g}"
     stated = apart_from(shift, f"{-MAX_SHIFT:g}", f"{MAX_SHIFT:g}")
     require("profile_shift", abs(shift) <= MAX_SHIFT, stated, limits)
-    degrees = math.degrees(gear.pressure_angle)
-    stated = f"{apart_from(degrees, '5', '35')} deg"
-    require("pressure_angle", 5.0 <= degrees <= 35.0, stated, "must be 5 to 35")
+    _require_pressure_angle(gear)
     thinning = gear.tooth_thinning
     ok = abs(thinning) < 0.5 * gear.module
     half = floored(5e5 * gear.module)
@@ -425,3 +424,17 @@ def require_rack(gear: SpurGear) -> None:
     require("tooth_thinning", ok, f"{stated} um", limit)
     rho = gear.rack_tip_radius
     require("rack_tip_radius", rho > 0.0, stated_mm(rho), "must be positive")
+
+
+def _require_pressure_angle(gear: SpurGear) -> None:
+    degrees = math.degrees(gear.pressure_angle)
+    low, high = MIN_PRESSURE_ANGLE_DEG, MAX_PRESSURE_ANGLE_DEG
+    if low <= degrees <= high:  # false of NaN
+        return
+    is_above = degrees > high
+    end = high if is_above else low
+    comparison: Comparison = "at most" if is_above else "at least"
+    limit = Bound(comparison, math.radians(end), f"{end:g} deg across the axis")
+    stated = apart_from(degrees, f"{low:g}", f"{high:g}")
+    message = f"{stated} deg; must be {low:g} to {high:g}"
+    raise GeometryError("pressure_angle", message, bound=limit)

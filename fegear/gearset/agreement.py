@@ -10,13 +10,13 @@ import math
 from collections.abc import Iterator
 
 from fegear.gearset.problems import shown
+from fegear.gearset.rack_keys import MODULE_KEYS, PRESSURE_ANGLE_KEYS, RESTATED_RTOL
 from fegear.gearset.schema import Document, GearEntry
 from fegear.gearset.teeth import Blank, blank_of
 from meshes.pairing import COMMON_ATOL, COMMON_RTOL
 
 LENGTH_RTOL = 1e-6  # of modules and base pitches that are meant to be equal
 ANGLE_ATOL_DEG = math.degrees(1e-6)
-ANGLE_KEYS = ("helix_angle_deg", "pressure_angle_deg")
 
 
 def with_common_values(document: Document) -> Document:
@@ -31,7 +31,7 @@ def with_common_values(document: Document) -> Document:
         update = _taken_values(gears[mate], gears[name])
         if update:
             values = ", ".join(
-                f"{key} = {shown(value)} instead of {getattr(gears[name], key):.16g}"
+                f"{key} = {shown(value)} instead of {_value(gears[name], key):.16g}"
                 for key, value in update.items()
             )
             inferences.append(
@@ -68,20 +68,48 @@ def _from_mate_to_gear(document: Document) -> Iterator[tuple[str, str]]:
 
 
 def _taken_values(mate: GearEntry, gear: GearEntry) -> dict[str, float]:
-    """Values that a gear takes from its mate, by key."""
-    taken = {
-        key: getattr(mate, key)
-        for key in ANGLE_KEYS
-        if 0.0 < abs(getattr(mate, key) - getattr(gear, key)) <= ANGLE_ATOL_DEG
-    }
-    if 0.0 < abs(mate.module_mm - gear.module_mm) <= LENGTH_RTOL * mate.module_mm:
-        taken["module_mm"] = mate.module_mm
-    one, two = blank_of(mate), blank_of(gear.model_copy(update=taken))
-    error = abs(two.base_pitch / one.base_pitch - 1.0)
-    if COMMON_RTOL < error <= LENGTH_RTOL:  # of another module and pressure angle
-        ratio = one.base_pitch / two.base_pitch
-        taken["module_mm"] = taken.get("module_mm", gear.module_mm) * ratio
+    """Values that a gear takes from its mate, by the keys of the gear."""
+    taken: dict[str, float] = {}
+    turn = abs(mate.helix_angle_deg - gear.helix_angle_deg)
+    if 0.0 < turn <= ANGLE_ATOL_DEG:
+        taken["helix_angle_deg"] = mate.helix_angle_deg
+    two = gear.model_copy(update=taken)
+    key = gear.pressure_angle_key
+    if _differ_by_digits(mate, two, key, ANGLE_ATOL_DEG):
+        taken[key] = mate.rack_value(key)
+    key = gear.module_key
+    if _differ_by_digits(mate, two, key, LENGTH_RTOL * mate.rack_value(key)):
+        taken[key] = mate.rack_value(key)
+    ratio = _pitch_ratio(mate, gear.model_copy(update=taken))
+    if COMMON_RTOL < abs(ratio - 1.0) <= LENGTH_RTOL:
+        # of another module and pressure angle; a diametral pitch is over a length
+        module = taken.get(key, gear.rack_value(key))
+        taken[key] = module * ratio if key.endswith("_mm") else module / ratio
     return taken
+
+
+def _differ_by_digits(
+    mate: GearEntry, gear: GearEntry, key: str, tolerance: float
+) -> bool:
+    """Whether a key of the gear would be that of its mate but for rounding.
+
+    Round-off is no difference where the mate states the value by another key.
+    """
+    value = mate.rack_value(key)
+    has_same_key = key in (mate.module_key, mate.pressure_angle_key)
+    least = 0.0 if has_same_key else RESTATED_RTOL * value
+    return least < abs(value - gear.rack_value(key)) <= tolerance
+
+
+def _pitch_ratio(mate: GearEntry, gear: GearEntry) -> float:
+    """Base pitch of the mate over that of the gear."""
+    return blank_of(mate).base_pitch / blank_of(gear).base_pitch
+
+
+def _value(gear: GearEntry, key: str) -> float:
+    if key in (*MODULE_KEYS, *PRESSURE_ANGLE_KEYS):
+        return gear.rack_value(key)
+    return float(getattr(gear, key))
 
 
 def has_equal_pitches(one: Blank, two: Blank) -> bool:

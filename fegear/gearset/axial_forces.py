@@ -8,26 +8,8 @@ reverse the force.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
-from lumped.common.short_repr import ShortRepr
-
-
-@dataclass(frozen=True, kw_only=True)
-class AxialForce(ShortRepr):
-    """Axial force on a gear in a mesh, or on an axis that has several.
-
-    gears : by index; one in a mesh
-    mesh : index, None for the sum over all meshes of the gears
-    forces : at successive torques, positive toward the far end [N]
-    """
-
-    gears: tuple[int, ...]
-    mesh: int | None
-    forces: tuple[float, ...]
 
 
 def axial_force_on_driver(gear_set: GearSet, mesh: int, torque: float) -> float:
@@ -50,27 +32,6 @@ def shaft_axial_force(gear_set: GearSet, gear: int, torque: float) -> float:
         force = axial_force_on_driver(gear_set, number, torques[number])
         total += force * ((mesh.driver in axis) - (mesh.driven in axis))
     return total
-
-
-def axial_forces(gear_set: GearSet) -> Iterator[AxialForce]:
-    """Forces of the load cases: on both gears of every mesh of helical gears, then the
-    sum on each axis with several meshes.
-    """
-    of_axes: dict[tuple[int, ...], list[tuple[float, ...]]] = {}
-    for number, mesh in enumerate(gear_set.meshes):
-        if not (mesh.is_helical and mesh.torques):
-            continue
-        for gear, sign in zip(mesh.gears, (1.0, -1.0), strict=True):
-            forces = tuple(
-                sign * axial_force_on_driver(gear_set, number, torque)
-                for torque in mesh.torques
-            )
-            yield AxialForce(gears=(gear,), mesh=number, forces=forces)
-            of_axes.setdefault(tuple(sorted(gear_set.axis(gear))), []).append(forces)
-    for axis, parts in of_axes.items():
-        if len(parts) > 1:
-            sums = tuple(map(sum, zip(*parts, strict=False)))
-            yield AxialForce(gears=axis, mesh=None, forces=sums)
 
 
 def axial_force_text(force: float) -> str:

@@ -38,11 +38,18 @@ SYMBOLS = {  # of formulas, and the keys that have their values
     "z": "teeth",
     "m": "module_mm",
     "mn": "module_mm",
+    "mt": "transverse_module_mm",
+    "m_t": "transverse_module_mm",
+    "DP": "diametral_pitch_per_in",
+    "P": "diametral_pitch_per_in",
+    "Pd": "diametral_pitch_per_in",
+    "Pnd": "diametral_pitch_per_in",
     "a": "center_distance_mm",
     "aw": "center_distance_mm",
     "b": "face_width_mm",
     "alpha": "pressure_angle_deg",
     "alpha_n": "pressure_angle_deg",
+    "alpha_t": "transverse_pressure_angle_deg",
     "da": "tip_diameter_mm",
     "d_a": "tip_diameter_mm",
     "ra": "tip_radius_mm",
@@ -63,14 +70,14 @@ MEANT_KEYS = {  # by what is in words for them
     r"helix|helical|^beta$": "helix_angle_deg",
     r"^hand": "hand",
     r"internal|ring_gear": "internal",
-}
-IN_OTHER_KEYS = {  # words for what keys have in another section, or what follows
-    r"transverse_?module|module_?transverse|^m_?t(_mm)?$": (
-        "module_mm is the normal module, m_n = m_t cos(beta)"
-    ),
+    r"transverse_?module|module_?transverse|^m_?t(_mm)?$": "transverse_module_mm",
     r"transverse_?pressure|pressure_?angle_?t|^alpha_?t(_deg)?$": (
-        "pressure_angle_deg is the normal one, tan(alpha_n) = tan(alpha_t) cos(beta)"
+        "transverse_pressure_angle_deg"
     ),
+    r"transverse_?diametral|diametral_?pitch_?t": "transverse_diametral_pitch_per_in",
+    r"diametral": "diametral_pitch_per_in",
+}
+IN_OTHER_KEYS = {  # words for what follows from keys
     r"overlap": "the overlap ratio follows from helix_angle_deg and face_width_mm",
 }
 

@@ -11,6 +11,7 @@ import math
 from decimal import Decimal
 
 from fegear.files.errors import InputError
+from fegear.gearset.rack_keys import MODULE_KEYS, PRESSURE_ANGLE_KEYS
 from fegear.gearset.schema import GearEntry, MeshEntry
 from fegear.gearset.teeth import Blank, blank_of
 from fegear.gearset.tips import spacing
@@ -27,7 +28,6 @@ PRINTED_DECIMALS = {
 }
 # values of standards are exact with fewer decimals; more show that they are rounded
 MIN_ROUNDED_DECIMALS = 3
-STANDARD_KEYS = ("module_mm", "pressure_angle_deg", "helix_angle_deg")
 
 
 def rounding_of_backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:
@@ -38,8 +38,7 @@ def rounding_of_backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:
     """
     backlash = _backlash(mesh, one, two)
     lost = 0.0
-    for key in STANDARD_KEYS:
-        values = {getattr(blank.entry, key) for blank in (one, two)}
+    for key, values in _standard_values(one.entry, two.entry).items():
         half = max(map(_half_unit_of_standard, values))
         moved = (_moved(blank, key, half) for blank in (one, two))
         lost += abs(_backlash(mesh, *moved) - backlash)
@@ -55,6 +54,16 @@ def rounding_of_backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:
             pair = (changed_blank, other) if is_first else (other, changed_blank)
             lost += abs(_backlash(mesh, *pair) - backlash)
     return lost
+
+
+def _standard_values(*entries: GearEntry) -> dict[str, set[float]]:
+    """Stated values of module, pressure angle and helix angle, by key."""
+    values: dict[str, set[float]] = {}
+    for entry in entries:
+        for key in (entry.module_key, entry.pressure_angle_key):
+            values.setdefault(key, set()).add(entry.rack_value(key))
+        values.setdefault("helix_angle_deg", set()).add(entry.helix_angle_deg)
+    return values
 
 
 def _half_unit(value: float, decimals: int) -> float:
@@ -80,8 +89,11 @@ def _moved(blank: Blank, key: str, step: float) -> Blank:
     """The gear with another value of a key."""
     if not step:
         return blank
-    value = getattr(blank.entry, key) + step
-    entry: GearEntry = blank.entry.model_copy(update={key: value})
+    entry: GearEntry = blank.entry
+    if key in (*MODULE_KEYS, *PRESSURE_ANGLE_KEYS):
+        entry = entry.with_rack_value(key, entry.rack_value(key) + step)
+    else:
+        entry = entry.model_copy(update={key: getattr(entry, key) + step})
     return blank_of(entry, -1 if blank.helix_angle < 0.0 else 1)
 
 

@@ -33,6 +33,15 @@ from fegear.gearset.materials import STEEL, material_names, require_material
 from fegear.gearset.modifications import Interpolation, ReliefShape
 from fegear.gearset.planes import Plane
 from fegear.gearset.planetary.members import MAX_PLANETS, Member
+from fegear.gearset.rack_keys import (
+    DEFAULT_PRESSURE_ANGLE_DEG,
+    MAX_MODULE_MM,
+    MIN_MODULE_MM,
+    MM_PER_INCH,
+    MODULE_KEYS,
+    PRESSURE_ANGLE_KEYS,
+    restated,
+)
 from fegear.gearset.torque_limits import MAX_TORQUE, MIN_TORQUE
 from lumped.common.checks import format_number
 from meshes.gear import floored
@@ -58,7 +67,10 @@ Mass = Annotated[float, Field(ge=1e-12, le=1e9)]  # kg
 Length = Annotated[float, Field(ge=1e-3, le=1e5)]  # mm, far beyond any gear
 Height = Annotated[float, Field(ge=-1e5, le=1e5)]
 Teeth = Annotated[int, Field(ge=5, le=10000, description="Number of teeth.")]
-Module = Annotated[float, Field(ge=0.01, le=1000.0, description="Module.")]
+Module = Annotated[float, Field(ge=MIN_MODULE_MM, le=MAX_MODULE_MM)]
+DiametralPitch = Annotated[
+    float, Field(ge=MM_PER_INCH / MAX_MODULE_MM, le=MM_PER_INCH / MIN_MODULE_MM)
+]
 FaceWidth = Annotated[Length, Field(description="Face width.")]
 MaterialName = Annotated[
     str,
@@ -125,6 +137,7 @@ ROLLING_KEYS = ("ball_bearing", "roller_bearing")
 # Groups of sets of keys that say the same thing: a key replaces those of other sets.
 ALTERNATIVES = (
     *(tuple((key,) for key in keys) for keys in (TIP_KEYS, (*HUB_KEYS, RIM_KEY))),
+    *(tuple((key,) for key in keys) for keys in (MODULE_KEYS, PRESSURE_ANGLE_KEYS)),
     (SPAN_KEYS, PIN_KEYS),
     *(tuple((key,) for key in keys) for keys in (START_KEYS, SPACING_KEYS)),
     *((("file",), (key,)) for key in (*POINT_KEYS, "deviation_um")),
@@ -164,14 +177,39 @@ class GearDefaults(Keys):
     """Keys that gears may share through the [defaults] table."""
 
     teeth: Teeth | None = None
-    module_mm: Module | None = None
-    pressure_angle_deg: Angle = Field(
-        default=20.0, description="Pressure angle of the rack."
+    module_mm: Module | None = Field(
+        default=None,
+        description="Module of the normal section; this or one of the next three keys "
+        "is needed.",
+    )
+    transverse_module_mm: Module | None = Field(
+        default=None,
+        description="Module across the axis, instead of module_mm, which is this times "
+        "the cosine of the helix angle.",
+    )
+    diametral_pitch_per_in: DiametralPitch | None = Field(
+        default=None,
+        description="Diametral pitch of the normal section, instead of module_mm, "
+        "which is 25.4 mm over it.",
+    )
+    transverse_diametral_pitch_per_in: DiametralPitch | None = Field(
+        default=None,
+        description="Diametral pitch across the axis, teeth per inch of the pitch "
+        "diameter, instead of module_mm.",
+    )
+    pressure_angle_deg: Angle | None = Field(
+        default=None,
+        description="Pressure angle of the rack, of the normal section.",
+        json_schema_extra={"default": DEFAULT_PRESSURE_ANGLE_DEG},
+    )
+    transverse_pressure_angle_deg: Angle | None = Field(
+        default=None,
+        description="Pressure angle across the axis, instead of pressure_angle_deg.",
     )
     helix_angle_deg: HelixAngle = Field(
         default=0.0,
-        description="Helix angle on the reference cylinder. Module, pressure angle, "
-        "profile shift and rack are those of the normal section.",
+        description="Helix angle on the reference cylinder. Profile shift and rack are "
+        "those of the normal section, and so are lengths in modules.",
     )
     profile_shift: Shift | None = Field(
         default=None,
@@ -308,6 +346,8 @@ class GearDefaults(Keys):
 
     @model_validator(mode="after")
     def _stated_once(self) -> GearDefaults:
+        require_at_most_one(self, *MODULE_KEYS)
+        require_at_most_one(self, *PRESSURE_ANGLE_KEYS)
         require_at_most_one(self, *TIP_KEYS)
         require_at_most_one(self, *HUB_KEYS)
         require_at_most_one(self, SPAN_KEYS[0], PIN_KEYS[0])
@@ -328,7 +368,6 @@ class GearEntry(GearDefaults):
         "of the first gear]",
     )
     teeth: Teeth
-    module_mm: Module
     face_width_mm: FaceWidth
     cracks: Cracks = ()
     spalls: Spalls = ()
@@ -340,6 +379,7 @@ class GearEntry(GearDefaults):
 
     @model_validator(mode="after")
     def _whole(self) -> GearEntry:
+        require_exactly_one(self, *MODULE_KEYS)
         require_none(self, *(INTERNAL_LACKS if self.internal else EXTERNAL_LACKS))
         require_exactly_one(self, *((RIM_KEY,) if self.internal else HUB_KEYS))
         for keys in (BEARING_KEYS, SPAN_KEYS, PIN_KEYS, RIM_STIFFNESS_KEYS):
@@ -386,7 +426,7 @@ class GearEntry(GearDefaults):
                 f"pitch_errors_um has {len(errors)} entries; "
                 f"one for each of the {self.teeth} teeth is needed"
             )
-        most = 500.0 * self.module_mm
+        most = 500.0 * self.rack_value("module_mm")
         for number, error in enumerate(errors or (), start=1):
             if abs(error) > most:
                 raise ValueError(
@@ -395,6 +435,29 @@ class GearEntry(GearDefaults):
                     f"-{floored(most)} to {floored(most)}, half the module"
                 )
         return self
+
+    @property
+    def module_key(self) -> str:
+        """The one key that states the module."""
+        return self.present(*MODULE_KEYS)[0]
+
+    @property
+    def pressure_angle_key(self) -> str:
+        """The key that states the pressure angle, or has it by default."""
+        return next(iter(self.present(*PRESSURE_ANGLE_KEYS)), PRESSURE_ANGLE_KEYS[0])
+
+    def rack_value(self, key: str) -> float:
+        """Value of a key of the module or pressure angle, whichever key states it."""
+        stated_key = self.module_key if key in MODULE_KEYS else self.pressure_angle_key
+        value = getattr(self, stated_key)
+        if value is None:
+            value = DEFAULT_PRESSURE_ANGLE_DEG
+        return restated(stated_key, value, key, self.helix_angle_deg)
+
+    def with_rack_value(self, key: str, value: float) -> GearEntry:
+        """The gear with its module, or pressure angle, stated by a key."""
+        keys = MODULE_KEYS if key in MODULE_KEYS else PRESSURE_ANGLE_KEYS
+        return self.model_copy(update={**dict.fromkeys(keys), key: value})
 
 
 START = (
@@ -703,7 +766,8 @@ class ShaftEntry(Keys):
     )
     lengths_mm: Entries[Length] | None = Field(
         default=None,
-        description="Lengths of the shaft's sections, from its first end.",
+        description="Lengths of the shaft's sections, from its first end, which is the "
+        "near one.",
     )
     diameters_mm: Entries[Length] | None = Field(
         default=None, description="Diameter of every section."

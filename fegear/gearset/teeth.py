@@ -10,6 +10,7 @@ from typing import Any
 
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
+from fegear.gearset.rack_keys import angle_across, module_across, value_of_angle
 from fegear.gearset.refusals import Key, Refusal, in_unit
 from fegear.gearset.schema import GearEntry
 from fegear.gearset.thickness import (
@@ -30,8 +31,6 @@ __all__ = ["Blank", "Tip", "blank_of"]
 
 GEAR_KEYS = {
     "teeth": "teeth",
-    "module": "module_mm",
-    "pressure_angle": "pressure_angle_deg",
     "profile_shift": "profile_shift",
     "dedendum": "dedendum_mm",
     "rack_tip_radius": "rack_tip_radius_mm",
@@ -248,6 +247,8 @@ class Blank(Involute):
             quantity = error.field.replace("_", " ")
             return InputError(f"{where}: {origin}; {quantity} {error.message}")
         field, bound = error.field, error.bound
+        if field == "pressure_angle" and bound is not None:
+            return self._refusal_of_angle(where, bound)
         if field == "rack_tip_radius" and self.rack_tip_radius <= 0.0:
             field, bound = "dedendum", self._dedendum_bound
         key, factor, unit = self._key_and_unit(field)
@@ -259,12 +260,24 @@ class Blank(Involute):
             bound = replace(bound, reason=reason)
         return Refusal(self.key(key), stated_value, in_unit(bound, factor), unit)
 
+    def _refusal_of_angle(self, where: str, bound: Bound) -> InputError:
+        """The error on a pressure angle across the axis, in the key that states it."""
+        key = self.entry.pressure_angle_key
+
+        def of_angle(angle: float) -> float:
+            return value_of_angle(key, angle, self.helix_angle)
+
+        stated_value = f"{where}: {self._stated_value(key)}"
+        return Refusal(self.key(key), stated_value, bound.mapped(of_angle), "deg")
+
     def _key_and_unit(self, field: str) -> tuple[str, float, str]:
         """Key of a field of the gear as the file has it, its unit [SI] and name."""
         if field == "hub_radius" and self.entry.internal:
             return "rim_radius_mm", MM, "mm"
         if field == "hub_radius" and self.entry.hub_diameter_mm is not None:
             return "hub_diameter_mm", 0.5 * MM, "mm"
+        if field == "module":
+            return self.entry.module_key, MM, "mm"
         key = GEAR_KEYS[field]
         return (key, MM, "mm") if key.endswith("_mm") else (key, 1.0, "")
 
@@ -288,6 +301,7 @@ class Blank(Involute):
         if key in self.entry.model_fields_set:
             return f"{key} = {shown(getattr(self.entry, key))}"
         default_values = {
+            "pressure_angle_deg": self.entry.rack_value("pressure_angle_deg"),
             "dedendum_mm": self.dedendum / MM,
             "rack_tip_radius_mm": self.rack_tip_radius / MM,
             "profile_shift": self.thickness.profile_shift / self.helix_cosine,
@@ -300,15 +314,12 @@ class Blank(Involute):
 
 def blank_of(entry: GearEntry, hand: int = 1) -> Blank:
     """The gear before its tip is known; hand : of its helix, 1 right or -1 left."""
-    module, helix = entry.module_mm * MM, math.radians(entry.helix_angle_deg)
-    angle = math.radians(entry.pressure_angle_deg)
-    if helix:
-        module /= math.cos(helix)
-        angle = math.atan(math.tan(angle) / math.cos(helix))
+    module_key, angle_key = entry.module_key, entry.pressure_angle_key
+    helix = math.radians(entry.helix_angle_deg)
     return Blank(
         teeth=entry.teeth,
-        module=module,
-        pressure_angle=angle,
+        module=module_across(module_key, entry.rack_value(module_key), helix),
+        pressure_angle=angle_across(angle_key, entry.rack_value(angle_key), helix),
         entry=entry,
         helix_angle=hand * helix,
     )

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from fegear.files.errors import InputError
 from fegear.gearset.agreement import has_equal_base_helices, has_equal_pitches
 from fegear.gearset.problems import shown
+from fegear.gearset.rack_keys import RESTATED_RTOL
 from fegear.gearset.refusals import Key, Refusal
-from fegear.gearset.schema import Document, MeshEntry
+from fegear.gearset.schema import Document, GearEntry, MeshEntry
 from fegear.gearset.teeth import Blank, Tip, blank_of
 from lumped.common.checks import require_present
 from lumped.common.units import MM
@@ -140,11 +141,23 @@ def _unequal_helices_text(one: Blank, two: Blank) -> str:
 
 
 def _unequal_keys_text(one: Blank, two: Blank) -> str:
-    return ", ".join(
-        f"{key} = {shown(getattr(one.entry, key))} and {shown(getattr(two.entry, key))}"
-        for key in ("module_mm", "pressure_angle_deg")
-        if getattr(one.entry, key) != getattr(two.entry, key)
+    gears = one.entry, two.entry
+    pairs = (
+        (gears[0].module_key, gears[1].module_key),
+        (gears[0].pressure_angle_key, gears[1].pressure_angle_key),
     )
+    return ", ".join(filter(None, (_unequal_key_text(*gears, *keys) for keys in pairs)))
+
+
+def _unequal_key_text(
+    one: GearEntry, two: GearEntry, key_of_one: str, key_of_two: str
+) -> str:
+    """Values of both gears with the keys that state them, empty if they are equal."""
+    value, other = one.rack_value(key_of_one), two.rack_value(key_of_two)
+    if math.isclose(one.rack_value(key_of_two), other, rel_tol=RESTATED_RTOL):
+        return ""
+    named_other = "" if key_of_two == key_of_one else f"{key_of_two} = "
+    return f"{key_of_one} = {shown(value)} and {named_other}{shown(other)}"
 
 
 def find_tips(document: Document, spacings: Sequence[Spacing]) -> list[Tip]:

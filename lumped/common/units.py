@@ -25,6 +25,7 @@ UNITS = {
     "per_period": "1/period",
     "per_turn": "1/turn",
     "per_s": "1/s",
+    "per_in": "1/in",
     "kg_m2": "kg m2",
     "seconds": "s",
     "per_cent": "%",

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from fegear.commands.show.fault_values import fault_figures
+from fegear.commands.show.force_values import force_figures
 from fegear.commands.show.planetary_values import planetary_figures
-from fegear.gearset.axial_forces import AxialForce, axial_forces
 from fegear.gearset.helix import hand
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.leads import width_gap
@@ -51,29 +51,11 @@ def gear_set_figures(gear_set: GearSet) -> dict[str, Any]:
             }
             for shaft in gear_set.shafts
         ],
-        "axial_forces": [
-            _axial_figures(gear_set, row) for row in axial_forces(gear_set)
-        ],
+        **force_figures(gear_set),
         "planetary": planetary_figures(gear_set),
         "damping_ratio": gear_set.damping_ratio,
         "inferences": list(gear_set.inferences),
         "warnings": list(gear_set_warnings(gear_set)),
-    }
-
-
-def _axial_figures(gear_set: GearSet, row: AxialForce) -> dict[str, Any]:
-    """Axial forces at the load cases, positive toward the far end.
-
-    mesh : number, None for the sum over the meshes of gears on one axis
-    """
-    gears = [gear_set.gears[index] for index in row.gears]
-    torques = gear_set.meshes[row.mesh].torques if row.mesh is not None else ()
-    return {
-        "gears": [gear.name for gear in gears],
-        "hands": [hand(gear.geometry) for gear in gears],
-        "mesh": None if row.mesh is None else row.mesh + 1,
-        "driver_torques_Nm": list(torques),
-        "axial_forces_N": list(row.forces),
     }
 
 

@@ -10,11 +10,11 @@ from typing import Any
 
 from fegear.commands.show.derived import gear_set_figures
 from fegear.commands.show.fault_values import fault_lines
+from fegear.commands.show.force_values import force_lines
 from fegear.commands.show.gear_set_figure import gear_set_figure, outlines
 from fegear.files.dxf import write_dxf
 from fegear.files.keys import UNITS
 from fegear.files.output import INTO_PICTURE, PICTURES, path_of
-from fegear.gearset.axial_forces import axial_force_text
 from fegear.gearset.model import GearSet
 from fegear.studies.page import ROUND_OFF, ColumnTable, Page, pluralize
 from fegear.studies.problem import Job, Task
@@ -118,16 +118,12 @@ PLACEMENT_KEYS = {
     "phase_origin",
 }
 PLACEMENT_KEYS |= {"geometric_phase_pitches"}
-AXIAL_TITLE = (
-    "Axial forces at the load cases, positive toward the far end (seen from the near "
-    "end the driver of the first mesh turns counter-clockwise):"
-)
 HIDDEN_OF_FLANKS = {"gear", "role"}
 
 
 @dataclass(frozen=True, kw_only=True)
 class DerivedGeometry(Study, command="show", example="show liu-idler --plot idler.png"):
-    """Derived geometry of a gear set, and what was inferred."""
+    """Derived geometry of a gear set, forces of its teeth, and what was inferred."""
 
     pictures = NO_PICTURES
     output = (
@@ -193,14 +189,17 @@ class DerivedGeometryResult(StudyResult):
             yield "Faults:"
         yield from (f"- {line}" for line in faults)
         yield from (shaft_line(**shaft) for shaft in values["shafts"])
-        if values["axial_forces"]:
-            yield AXIAL_TITLE
-        yield from map(axial_line, values["axial_forces"])
+        yield from force_lines(values, self._planet_names)
         if values["damping_ratio"] is not None:
             yield f"Damping ratio: {shown_value(values['damping_ratio'])}"
         if values["inferences"]:
             yield "Inferred:"
         yield from (f"- {inference}" for inference in values["inferences"])
+
+    @property
+    def _planet_names(self) -> list[str]:
+        carrier, gears = self.gears.carrier, self.gears.gears
+        return [] if carrier is None else [gears[n].name for n in carrier.planets]
 
 
 def _planetary_page(values: dict[str, Any]) -> Page:
@@ -267,18 +266,6 @@ def shaft_line(
         return line
     body = f"{shown_value(length_mm)} mm long, {shown_value(mass_kg)} kg"
     return f"{line}; {body}, {pluralize(bearings, 'bearing')}"
-
-
-def axial_line(row: dict[str, Any]) -> str:
-    """- pinion (right-handed) in mesh 1: signed forces with their sense in words."""
-    gears = ", ".join(
-        f"{name} ({hand}-handed)" if hand else name
-        for name, hand in zip(row["gears"], row["hands"], strict=True)
-    )
-    where = "sum of all its meshes" if len(row["gears"]) == 1 else "sum on their axis"
-    where = where if row["mesh"] is None else f"mesh {row['mesh']}"
-    forces = "; ".join(map(axial_force_text, row["axial_forces_N"]))
-    return f"- {gears}, {where}: {forces}"
 
 
 def _figures_table(

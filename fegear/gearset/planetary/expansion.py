@@ -15,6 +15,7 @@ from pydantic import ValidationError
 
 from fegear.files.errors import InputError
 from fegear.gearset.planetary.members import sun_drives
+from fegear.gearset.rack_keys import MODULE_KEYS, restated
 from fegear.gearset.schema import PlanetaryEntry, with_defaults
 
 MESH_SIDES = ("sun_mesh", "ring_mesh")
@@ -140,7 +141,7 @@ def _center_distance(entry: PlanetaryEntry, tables: dict[str, Any]) -> dict[str,
                     f"has {key}"
                 )
     sun, planet, ring = (_number(gear, "teeth") for gear in gears)
-    module = _number(gears[0], "module_mm")
+    module = _transverse_module_mm(gears[0])
     if not (sun and planet and ring and module):
         return {}
     if ring != sun + 2 * planet:
@@ -150,6 +151,18 @@ def _center_distance(entry: PlanetaryEntry, tables: dict[str, Any]) -> dict[str,
             f"{sun + 2 * planet:g}"
         )
     return {"center_distance_mm": 0.5 * module * (sun + planet)}
+
+
+def _transverse_module_mm(gear: dict[str, Any]) -> float | None:
+    """Module by the key that states it; None where it or the helix angle is wrong."""
+    stated = {key: _number(gear, key) for key in MODULE_KEYS if key in gear}
+    helix_angle_deg = _number(gear, "helix_angle_deg") or 0.0
+    if len(stated) != 1 or not 0.0 <= helix_angle_deg < 90.0:
+        return None
+    ((key, value),) = stated.items()
+    if value is None:
+        return None
+    return restated(key, value, "transverse_module_mm", helix_angle_deg)
 
 
 def _positions(entry: PlanetaryEntry, tables: dict[str, Any]) -> list[float]:

@@ -11,7 +11,8 @@ import pytest
 from fegear.cli import run
 from fegear.files.toml import toml_text
 from fegear.gearset import make_gear_set
-from fegear.gearset.axial_forces import axial_forces, shaft_axial_force
+from fegear.gearset.axial_forces import shaft_axial_force
+from fegear.gearset.tooth_forces import axis_forces, tooth_forces
 
 HELIX = 24.0
 TORQUES = [40.0, 90.0]
@@ -74,10 +75,10 @@ def thrust(teeth: int, hand: str, moment: float) -> float:
 
 @pytest.mark.parametrize("hand", ["right", "left"])
 def test_the_force_is_normal_to_a_flank_in_space(hand):
-    driver, driven = axial_forces(make_gear_set(tables(hand)))
+    driver, driven = tooth_forces(make_gear_set(tables(hand)))
     other = {"right": "left", "left": "right"}[hand]
     for torque, on_driver, on_driven in zip(
-        TORQUES, driver.forces, driven.forces, strict=True
+        TORQUES, driver.axial, driven.axial, strict=True
     ):
         # the driver turns counter-clockwise, and the driven gear holds it back
         assert on_driver == pytest.approx(thrust(20, hand, -torque), rel=1e-6)
@@ -87,22 +88,22 @@ def test_the_force_is_normal_to_a_flank_in_space(hand):
 
 
 def test_a_right_handed_driver_is_pushed_toward_the_near_end():
-    driver, driven = axial_forces(make_gear_set(tables("right")))
+    driver, driven = tooth_forces(make_gear_set(tables("right")))
     # F_t tan(beta), F_t over the reference diameter
     force = TORQUES[0] / (0.5 * 2e-3 * 20) * math.sin(math.radians(HELIX))
-    assert driver.forces[0] == pytest.approx(-force, rel=1e-12)
-    assert driven.forces[0] == pytest.approx(force, rel=1e-12)
+    assert driver.axial[0] == pytest.approx(-force, rel=1e-12)
+    assert driven.axial[0] == pytest.approx(force, rel=1e-12)
 
 
 @pytest.mark.parametrize("second", ["right", "left"])
 def test_forces_of_two_meshes_add_on_a_shaft(second):
     gear_set = make_gear_set(tables("right", second))
-    (row,) = [row for row in axial_forces(gear_set) if row.mesh is None]
+    (row,) = axis_forces(gear_set, tooth_forces(gear_set))
     assert row.gears == (1, 2)
     # the shaft turns clockwise: its first gear is pushed, its second one held back
     torque = TORQUES[1] * 35 / 20
     force = thrust(35, "left", -torque) + thrust(22, second, torque)
-    assert row.forces[1] == pytest.approx(force, rel=1e-6)
+    assert row.axial[1] == pytest.approx(force, rel=1e-6)
     assert shaft_axial_force(gear_set, 2, TORQUES[1]) == pytest.approx(force, rel=1e-6)
 
 
@@ -110,9 +111,10 @@ def test_the_idler_of_helical_gears_has_none():
     idler = tables()
     idler["gear"].append({"name": "three", "teeth": 30})
     idler["mesh"].append({"driver": "two", "driven": "three", "backlash_um": 80.0})
-    *_, row = axial_forces(make_gear_set(idler))
+    gear_set = make_gear_set(idler)
+    (row,) = axis_forces(gear_set, tooth_forces(gear_set))
     assert row.gears == (1,)
-    assert row.forces == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert row.axial == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
 def test_show_says_the_sense_in_words(tmp_path, capsys):
@@ -122,13 +124,13 @@ def test_show_says_the_sense_in_words(tmp_path, capsys):
     lines = capsys.readouterr().out.splitlines()
     force = TORQUES[0] / (0.5 * 2e-3 * 20) * math.sin(math.radians(HELIX))
     (line,) = [line for line in lines if line.startswith("- one (right-handed)")]
-    assert f"mesh 1: {-force:.5g} N, toward the near end" in line
-    assert any(
-        line.startswith("- two (left-handed), three (left-handed), sum on their axis: ")
-        for line in lines
-    )
+    assert "driver of mesh 1: tangential " in line
+    assert f"axial {-force:.5g} N, toward the near end" in line
+    assert any(line.startswith("- two, three, sum on their axis: ") for line in lines)
     assert run(["show", str(path), "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)["axial_forces"]
-    assert [row["mesh"] for row in rows] == [1, 1, 2, 2, None]
-    assert run(["show", "liu-pair", "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["axial_forces"] == []
+    values = json.loads(capsys.readouterr().out)
+    assert [row["mesh"] for row in values["tooth_forces"]] == [1, 1, 2, 2]
+    assert values["tooth_forces"][0]["axial_forces_N"][0] == pytest.approx(-force)
+    assert [row["gears"] for row in values["axis_forces"]] == [["two", "three"]]
+    assert run(["show", "liu-pair"]) == 0
+    assert "axial" not in capsys.readouterr().out

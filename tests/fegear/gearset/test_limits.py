@@ -19,6 +19,7 @@ from pydantic.fields import FieldInfo
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set, read_gear_set
 from fegear.gearset.problems import first_problem, model_of
+from fegear.gearset.rack_keys import MODULE_KEYS, PRESSURE_ANGLE_KEYS
 from fegear.gearset.schema import Document
 from lumped.common.checks import format_number
 from meshes.gear import apart_from, ceiled, floored
@@ -243,7 +244,11 @@ GEAR_VALUES = {
     "cutter_teeth": (2, 90),
     "teeth": (1, 4),
     "pressure_angle_deg": (1.0, 80.0),
+    "transverse_pressure_angle_deg": (1.0, 80.0),
     "module_mm": (0.001, 0.009),
+    "transverse_module_mm": (0.001, 0.009),
+    "diametral_pitch_per_in": (3e3, 9e3),
+    "transverse_diametral_pitch_per_in": (0.001, 0.02),
     "face_width_mm": (-3.0, 0.0),
     "poisson_ratio": (0.5, 2.0),
     "density_kg_per_m3": (-1.0, 0.0),
@@ -289,8 +294,10 @@ def table_with_value(r, tables):
     kind = r.choice(["gear", "gear", "mesh", "mesh", "relief", "profile", "fault"])
     if kind == "gear":
         table, key = r.choice(tables["gear"]), r.choice(list(GEAR_VALUES))
-        if key in ("module_mm", "pressure_angle_deg"):  # which all gears share
+        if key in MODULE_KEYS or key in PRESSURE_ANGLE_KEYS:  # which all gears share
             table = tables["defaults"]
+        if key in MODULE_KEYS:
+            del table["module_mm"]
         if key.startswith("hub"):
             table.pop("hub_radius_mm", None)
         table[key] = value_in(r, GEAR_VALUES[key])
