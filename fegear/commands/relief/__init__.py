@@ -5,7 +5,7 @@ from fegear.studies.registry import Command
 COMMANDS = (
     Command(
         "relief",
-        "Profile relief of least transmission error over torque.",
+        "Best reliefs and leads over torque and misalignment.",
         __name__,
         "ReliefDesign",
         section="Statics",

@@ -1,4 +1,4 @@
-"""Profile relief of least transmission error over torque."""
+"""Best reliefs and leads over torque and misalignment."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ class ReliefDesign(
     command="relief",
     example="relief liu-pair --torque 60:140:20 -o best.toml --plot best.png",
 ):
-    """Best reliefs and leads over torques.
+    """Best reliefs and leads over torque and misalignment.
 
     Magnitude and length of the reliefs of both gears, and lead modifications of one of
     them, are sought together, from several starts, so that the objective is least: peak
