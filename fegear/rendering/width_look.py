@@ -80,7 +80,9 @@ def _eye(
     outward, ahead = gear.directions
     toward = ahead + ELEVATION * outward + [0.0, 0.0, ASIDE]
     toward /= np.linalg.norm(toward)
-    right = np.cross(outward, toward)
+    # the axis is level in the picture, so that the helix is inclined as it is
+    axis = np.array([0.0, 0.0, np.cross(outward, toward)[2]])
+    right = axis - (axis @ toward) * toward
     right /= np.linalg.norm(right)
     up = np.cross(toward, right)
     extremes = np.unique([positions.min(), positions.max()])

@@ -401,8 +401,9 @@ def _place(peak: WidthPeak) -> dict[str, float]:
 def _peak_text(peak: WidthPeak | None) -> str:
     if peak is None:
         return "none, only edges touch"
+    end = "far" if peak.place > 0.0 else "near"
     return (
         f"{1e-6 * peak.value:.0f} MPa at position {peak.position:.3f}, tooth pair "
-        f"{pair_number(peak.pair)}, {1e3 * peak.place:+.2f} mm from the middle of the "
-        "width toward the far end"
+        f"{pair_number(peak.pair)}, {1e3 * abs(peak.place):.2f} mm from the middle of "
+        f"the width toward the {end} end"
     )
