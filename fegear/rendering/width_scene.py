@@ -158,7 +158,6 @@ def write_width_vtu(moment: WidthMoment, pairs: Sequence[int], path: Path) -> No
     grid.field_data["torque_Nm"] = [moment.torque]
     grid.field_data["position_base_pitches"] = [moment.position]
     grid.field_data["transmission_error_m"] = [moment.ste]
-    grid.field_data["gear_name"] = [gear.name for gear in moment.gears]
     grid.field_data["pair"] = [pair.pair for pair in loads]
     grid.field_data["pair_load_N"] = [pair.load for pair in loads]
     grid.save(path)
