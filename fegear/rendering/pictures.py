@@ -16,6 +16,7 @@ from fegear.figures.film import FILMS
 from fegear.files.errors import InputError
 from fegear.files.output import require_writable, write_text, write_whole
 from fegear.files.printable import printable
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.rendering.contact_sequence import (
@@ -200,11 +201,14 @@ def solve_stress(
     Raises
     ------
     InputError
-        If there is no such mesh or position, or the torque is outside its range.
+        If there is no such mesh or position, the torque is outside its range, or loads
+        vary over the face width, as those of helical gears.
     """
     settings = settings or StaticsSettings()
     index = mesh_index(gear_set, mesh)
     require_torque("torque_on_driver", torque_on_driver, "the driver")
+    if zoom == "set" or gear_set.meshes[index].varies_over_width:
+        require_uniform_loads(gear_set, "stress in the plane of the gears")
     if zoom == "set":
         torque_on_input = torque_on_driver / _torque_factor(gear_set, index)
         contact = contacts_of_set(gear_set, torque_on_input, position, settings)

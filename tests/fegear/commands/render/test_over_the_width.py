@@ -273,3 +273,40 @@ def fegear_render(*arguments: str) -> None:
     from fegear.cli import app
 
     CliRunner().invoke(app, ["render", *arguments], catch_exceptions=False)
+
+
+def test_browser_shows_the_flanks_and_values_of_both_gears(browser, moments, tmp_path):
+    path = tmp_path / "flank.html"
+    path.write_text(width_page(moments, "title"), encoding="utf-8")
+    shown = browser.new_page(viewport={"width": 1200, "height": 700})
+    messages: list[str] = []
+    shown.on("pageerror", lambda error: messages.append(str(error)))
+    shown.on(
+        "console", lambda m: messages.append(m.text) if m.type == "error" else None
+    )
+    shown.goto(path.as_uri())
+    shown.wait_for_timeout(500)
+    for index, name in enumerate(("one, driver", "two, driven")):
+        shown.select_option("#gear", str(index))
+        shown.wait_for_timeout(300)
+        picture = tmp_path / f"{index}.png"
+        shown.screenshot(path=str(picture))
+        view = imread(picture)[80:, :900, :3]
+        red, green, blue = np.moveaxis(view, 2, 0)
+        hot = (red > 0.8) & (green > 0.3) & (blue < 0.45)
+        assert 50 < hot.sum() < 0.05 * hot.size
+        y, x = np.argwhere(hot)[len(np.argwhere(hot)) // 2]
+        shown.mouse.move(float(x), float(y + 80))
+        shown.wait_for_timeout(100)
+        text = shown.inner_text("#probe")
+        assert re.match(r"pair [+-]?\d, (\d+ MPa|edge), [+-][\d.]+ mm from the", text)
+        assert name in shown.inner_text(f"#gear option:nth-child({index + 1})")
+    assert messages == []
+    before = shown.screenshot()
+    shown.mouse.move(400, 300)
+    shown.mouse.down()
+    shown.mouse.move(480, 340, steps=4)
+    shown.mouse.up()
+    shown.wait_for_timeout(200)
+    assert shown.screenshot() != before
+    shown.close()
