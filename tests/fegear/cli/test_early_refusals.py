@@ -67,11 +67,7 @@ REFUSED = {
         "bifurcations --at 1500 --over friction=0,0.1",
     ),
     (PLANE, "plane = stress; must be width, it has helical gears"): SOLVED,
-    (ECCENTRIC, "faults are not known of helical gears"): (
-        "stiffness",
-        "render",
-        *ELEMENTS,
-    ),
+    (ECCENTRIC, "faults are not known of helical gears"): ("stiffness", *ELEMENTS),
     (ECCENTRIC, "eccentricity_um; not modelled by"): ("relief", "tolerances", "render"),
     (WIDE, "slices of the face width, of an overlap ratio of"): ("export", *ELEMENTS),
     (LIGHT, "is less than the"): COUPLED,

@@ -267,6 +267,12 @@ def test_pressure_may_be_named(set_file, tmp_path):
     assert EDGE_COLOUR in (tmp_path / "flank.html").read_text("utf-8")
 
 
+def test_stress_in_the_plane_is_refused_in_python():
+    gears = fegear.make_gear_set(HELICAL)
+    with pytest.raises(InputError, match="allowed for stress in the plane of the"):
+        fegear.solve_stress(gears, TORQUE)
+
+
 def fegear_render(*arguments: str) -> None:
     from typer.testing import CliRunner
 
