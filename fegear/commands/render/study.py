@@ -104,6 +104,9 @@ class ContactPictures(
     position in its cycle and under its part of the torque. --time-history draws the
     contact of a recorded motion: a film of its period, or the moment of its largest
     mesh force. Each moment shows the static fields under its own loads.
+
+    Gears whose loads vary over the face width, helical, crowned or misaligned, are
+    drawn in space with the contact pressure on the flanks of both.
     """
 
     pictures = NO_PICTURES
