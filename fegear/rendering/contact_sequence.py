@@ -62,6 +62,17 @@ class ContactSequence(ShortRepr):
         return mesh_scene(self.gear_set, self.mesh, self.statics, report)
 
 
+def require_position(gear_set: GearSet, mesh: int, position: float) -> int:
+    """Require a position of a mesh until its tooth pairs repeat.
+
+    Returns after how many base pitches they do.
+    """
+    period = pair_periods(gear_set)[mesh]
+    if not 0.0 <= position <= period:
+        raise InputError(f"position = {format_number(position)}; must be 0 to {period}")
+    return period
+
+
 def contact_at_rest(
     gear_set: GearSet,
     mesh: int,
@@ -73,9 +84,7 @@ def contact_at_rest(
 
     position : base pitches from the pitch point
     """
-    period = pair_periods(gear_set)[mesh]
-    if not 0.0 <= position <= period:
-        raise InputError(f"position = {format_number(position)}; must be 0 to {period}")
+    period = require_position(gear_set, mesh, position)
 
     def positions(count: int) -> list[float]:
         return [i / count for i in range(count)]
@@ -85,7 +94,7 @@ def contact_at_rest(
         gear_set=gear_set,
         mesh=mesh,
         statics=statics,
-        title=_title(gear_set, mesh, statics),
+        title=mesh_title(gear_set, mesh, statics),
         film_title=first if period > 1 else "",
         still=position,
         samples=positions(COLOUR_SCALE_POSITIONS),
@@ -107,9 +116,7 @@ def contacts_of_set(
     turns : of the carrier or the input that a film shows, None for one cycle of the
         slowest mesh
     """
-    period = pair_periods(gear_set)[0]
-    if not 0.0 <= position <= period:
-        raise InputError(f"position = {format_number(position)}; must be 0 to {period}")
+    require_position(gear_set, 0, position)
     length = 1.0 / min(map(float, train_of(gear_set, torque).mesh_rates))
 
     def cycle(count: int) -> list[SetMoment]:
@@ -158,7 +165,7 @@ def contact_in_motion(
 
     statics = replace(statics, friction=motion.friction, plane=motion.plane)
     changes = "".join(f", {key} = {value}" for key, value in motion.edits.items())
-    title = f"{_title(gear_set, mesh, statics)}, {motion.torque:g} N m on the input"
+    title = f"{mesh_title(gear_set, mesh, statics)}, {motion.torque:g} N m on the input"
     first, count = motion.film_cycles
     one = f", cycle {first + 1} of {motion.cycles}"
     return ContactSequence(
@@ -174,7 +181,8 @@ def contact_in_motion(
     )
 
 
-def _title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
+def mesh_title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
+    """Gear set, mesh by its index from 0, its gears and settings in one line."""
     spec = gear_set.meshes[mesh]
     driver, driven = (gear_set.gears[i].name for i in (spec.driver, spec.driven))
     title = f"{gear_set.name}, mesh {mesh + 1}: {driver} drives {driven}"

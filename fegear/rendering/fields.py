@@ -18,11 +18,11 @@ from fegear.contact.loads import patch_loads
 from fegear.contact.plane.solve import run_kernel
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
-from fegear.gearset.placing import layout
 from fegear.rendering.frames import Frame, View, turned
 from fegear.rendering.gear_fields import GearField, PairField
 from fegear.rendering.loaded_gears import loaded_gears
 from fegear.rendering.mesh_scene import MeshScene, RelativePose
+from fegear.rendering.placed_mesh import placed_mesh
 from fegear.rendering.recorded import Instant
 from fegear.rendering.sector_field import LoadableGear, loadable_gear
 from fegear.statics.contact_problem import contact_problem
@@ -109,17 +109,16 @@ def mesh_scene(
             sector = settings.sector(gear)
             shared[unnamed] = loadable_gear(sector, settings.friction > 0.0)
         bodies.append(shared[unnamed])
-    placed = layout(gear_set)
-    place = placed.places[spec.driver]
+    placed = placed_mesh(gear_set, mesh)
     return MeshScene(
         name=gear_set.name,
-        gear_names=(gears[0].name, gears[1].name),
+        gear_names=placed.gear_names,
         mesh=spec,
         problem=problem,
         bodies=(bodies[0], bodies[1]),
-        driver_center=np.array([place.x, place.y]),
-        direction=placed.directions[mesh],
-        sense=place.sense,
+        driver_center=placed.driver_center,
+        direction=placed.direction,
+        sense=placed.sense,
     )
 
 

@@ -204,8 +204,13 @@ def _pixel(look: RenderStyle, size: tuple[int, int]) -> float:
 def _draw_label(
     plotter: Any, text: str, at: Array, look: RenderStyle, font: int
 ) -> None:
+    draw_label(plotter, text, np.array([*at, LABEL_GAP * look.view.half_height]), font)
+
+
+def draw_label(plotter: Any, text: str, at: Array, font: int) -> None:
+    """A label whose lower left corner is at a point (3,) of the world."""
     plotter.add_point_labels(
-        np.array([[*at, LABEL_GAP * look.view.half_height]]),
+        at[None],
         [text],
         font_size=font,
         bold=False,
@@ -223,9 +228,10 @@ def _draw_label(
 
 
 def draw_bar(
-    plotter: Any, mapper: Any, look: RenderStyle, size: tuple[int, int]
+    plotter: Any, mapper: Any, texts: tuple[str, list[str]], size: tuple[int, int]
 ) -> None:
-    title, notes = legend(look)
+    """The colour bar, below its title and the lines of its notes."""
+    title, notes = texts
     plotter.add_text(
         "\n".join([title, *([""] if notes else []), *notes]),
         position=(0.06, 0.80),
@@ -250,16 +256,9 @@ def draw_bar(
 
 
 def draw_title(
-    plotter: Any,
-    field: ContactField,
-    look: RenderStyle,
-    title: str,
-    size: tuple[int, int],
+    plotter: Any, title: str, details_text: str, size: tuple[int, int]
 ) -> None:
-    for text, height, points in (
-        (title, 0.52, 17),
-        (details(field, look), 0.10, 12),
-    ):
+    for text, height, points in ((title, 0.52, 17), (details_text, 0.10, 12)):
         plotter.add_text(
             text,
             position=(0.012, height),

@@ -17,13 +17,13 @@ from fegear.elasticity.body_stress import ToothLoad
 from fegear.files.errors import InputError
 from fegear.rendering.frames import Frame, View
 from fegear.rendering.gear_fields import GearField, PairField
-from fegear.rendering.mesh_scene import MeshScene, RelativePose, Role
+from fegear.rendering.mesh_scene import MeshScene, RelativePose
+from fegear.rendering.placed_mesh import ROLES, Role
 from fegear.rendering.sector_field import MIRROR, LoadableGear, SectorField
 from lumped.common.array_types import Array
 from meshes.profile import flank_frame
 
 PLACE_TOL = 1e-5  # of a pitch or of the module, between places by two meshes of a gear
-ROLES: tuple[Role, Role] = ("driver", "driven")
 OUTLINE = ("tip", "flank", "fillet", "root", "hub")
 
 

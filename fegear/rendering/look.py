@@ -117,7 +117,7 @@ def look_of(
         drawn_motion = min(
             DRAWN_MOTION * 2.0 * view.half_height, LARGEST_MOTION * module
         )
-        motion_scale = _round_down_to_1_2_5(drawn_motion / float(largest_value))
+        motion_scale = round_down_to_1_2_5(drawn_motion / float(largest_value))
     fields_in_contact = [field for field in fields if field.pairs]
     most_loaded_pairs = [
         max(field.pairs, key=lambda pair: pair.load) for field in fields_in_contact
@@ -175,7 +175,7 @@ def _is_in_view(gear: GearField, view: View) -> NDArray[np.bool_]:
     return np.all(np.abs(gear.points - view.middle) < view.half, axis=1)
 
 
-def _round_down_to_1_2_5(value: float) -> float:
+def round_down_to_1_2_5(value: float) -> float:
     """To 1, 2 or 5 times a power of ten, at least 1."""
     if not 1.0 < value < np.inf:
         return 1.0

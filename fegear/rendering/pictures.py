@@ -16,6 +16,7 @@ from fegear.figures.film import FILMS
 from fegear.files.errors import InputError
 from fegear.files.output import require_writable, write_text, write_whole
 from fegear.files.printable import printable
+from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.rendering.contact_sequence import (
@@ -54,10 +55,11 @@ WIDTH, FILM_WIDTH = 1920, 960  # pixels
 class PictureSettings(ShortRepr):
     """What a picture shows, and how large."""
 
-    shown: Shown = option(
-        "von-mises",
+    shown: Shown | None = option(
+        None,
         "Quantity that the colours show: von Mises stress, largest principal stress, "
-        "displacement or contact pressure.",
+        "displacement or contact pressure. [default: von-mises, or pressure where "
+        "loads vary over the face width]",
     )
     zoom: Zoom = option(
         "contact",
@@ -156,7 +158,7 @@ class StressResult(Result):
         """
         output = Path(path)
         require_drawable_file(output)
-        with _drawing_context(output):
+        with drawing_context(output):
             default_zoom: Zoom = "contact" if self.contact.mesh is not None else "set"
             picture = picture or PictureSettings(zoom=default_zoom)
             Drawing(self.contact, self.scene, picture).write(output)
@@ -199,11 +201,14 @@ def solve_stress(
     Raises
     ------
     InputError
-        If there is no such mesh or position, or the torque is outside its range.
+        If there is no such mesh or position, the torque is outside its range, or loads
+        vary over the face width, as those of helical gears.
     """
     settings = settings or StaticsSettings()
     index = mesh_index(gear_set, mesh)
     require_torque("torque_on_driver", torque_on_driver, "the driver")
+    if zoom == "set" or gear_set.meshes[index].varies_over_width:
+        require_uniform_loads(gear_set, "stress in the plane of the gears")
     if zoom == "set":
         torque_on_input = torque_on_driver / _torque_factor(gear_set, index)
         contact = contacts_of_set(gear_set, torque_on_input, position, settings)
@@ -233,7 +238,7 @@ def draw_contact(
     Returns the largest values that it shows, of a film those of all its frames.
     """
     require_drawable_file(output)
-    with _drawing_context(output):
+    with drawing_context(output):
         return Drawing(contact, contact.scene(report), picture).write(output, report)
 
 
@@ -245,7 +250,7 @@ def require_drawable_file(output: Path) -> None:
     require_writable(output)
 
 
-def _drawing_context(output: Path) -> AbstractContextManager[None]:
+def drawing_context(output: Path) -> AbstractContextManager[None]:
     """What drawing needs, before anything is computed."""
     from fegear.rendering.headless import drawing_window
 
@@ -281,10 +286,8 @@ class Drawing:
         from fegear.figures.film import write_picture
         from fegear.rendering.scene import draw
 
-        look = self._style_of_fields([field], self.picture.shown)
-        image = draw(
-            field, look, printable(self.contact.title), self._size_in_pixels(WIDTH)
-        )
+        look = self._style_of_fields([field], self._shown)
+        image = draw(field, look, printable(self.contact.title), self._size(WIDTH))
         write_whole(output, lambda path: write_picture(image, path))
 
     def _write_data(self, field: ContactField, output: Path) -> None:
@@ -295,8 +298,7 @@ class Drawing:
     def _write_page(self, field: ContactField, output: Path) -> None:
         from fegear.rendering.viewer_page import page
 
-        first_quantity: Shown = self.picture.shown
-        quantities = dict.fromkeys((first_quantity, *get_args(Shown)))
+        quantities = dict.fromkeys((self._shown, *get_args(Shown)))
         looks = [self._style_of_fields([field], shown) for shown in quantities]
         write_text(output, page(field, looks, printable(self.contact.title)))
 
@@ -306,7 +308,7 @@ class Drawing:
 
         report("colours", 0, 1)
         sample_fields = [self._field_at(moment) for moment in self.contact.samples]
-        look = self._style_of_fields(sample_fields, self.picture.shown)
+        look = self._style_of_fields(sample_fields, self._shown)
         peaks, colours = PeaksInView(), palette(look.shown)
         images = self._draw_frames(look, peaks, report)
         write_whole(output, lambda path: write_film(images, path, colours))
@@ -319,12 +321,16 @@ class Drawing:
         from fegear.rendering.scene import draw
 
         title = printable(self.contact.title + self.contact.film_title)
-        count, size = self.picture.frames, self._size_in_pixels(FILM_WIDTH)
+        count, size = self.picture.frames, self._size(FILM_WIDTH)
         for i, moment in enumerate(self.contact.frames(count)):
             report("frames", i, count)
             field = self._field_at(moment)
             peaks.add(field)
             yield draw(field, look, title, size)
+
+    @property
+    def _shown(self) -> Shown:
+        return self.picture.shown or "von-mises"
 
     @property
     def _view(self) -> View:
@@ -339,7 +345,10 @@ class Drawing:
         module, scale = self.scene.module, self.picture.motion_scale
         return look_of(fields, shown, self._view, module, scale)
 
-    def _size_in_pixels(self, default_width: int) -> tuple[int, int]:
-        """Sixteen to nine, in even numbers of pixels as films need them."""
-        width = self.picture.width or default_width
-        return width, 2 * round(width * 9 / 32)
+    def _size(self, default_width: int) -> tuple[int, int]:
+        return size_in_pixels(self.picture.width or default_width)
+
+
+def size_in_pixels(width: int) -> tuple[int, int]:
+    """Sixteen to nine, in even numbers of pixels as films need them."""
+    return width, 2 * round(width * 9 / 32)

@@ -13,12 +13,14 @@ from fegear.rendering.fields import ContactField
 from fegear.rendering.frames import View
 from fegear.rendering.gear_fields import GearField, PairField
 from fegear.rendering.labels import (
+    details,
     draw_bar,
     draw_loads,
     draw_mesh_forces,
     draw_names,
     draw_names_of_set,
     draw_title,
+    legend,
 )
 from fegear.rendering.look import (
     BODY,
@@ -108,9 +110,9 @@ def draw(
         plotter.subplot(1, 0)
         mapper = _draw_picture(plotter, field, look, size)
         plotter.subplot(1, 1)
-        draw_bar(plotter, mapper, look, size)
+        draw_bar(plotter, mapper, legend(look), size)
         plotter.subplot(0, 0)
-        draw_title(plotter, field, look, title, size)
+        draw_title(plotter, title, details(field, look), size)
         image = plotter.screenshot(None, return_img=True)
     finally:
         plotter.close()

@@ -34,16 +34,24 @@ MIN_NODES_OF_CORNERS = 150_000  # nodes, from which on corners alone are drawn
 
 def page(field: ContactField, looks: Sequence[RenderStyle], title: str) -> str:
     """The page as text; the first of the looks is shown at first."""
+    details, table = ", ".join(state_words(field)), _table(field.pairs)
+    return filled_page("page.html", title, details, table, _data(field, looks))
+
+
+def filled_page(
+    template: str, title: str, details: str, table: str, data: dict[str, Any]
+) -> str:
+    """A template of this folder with its texts, a table of HTML, and its data."""
     replacements = {
         "@TITLE@": escape(title),
-        "@DETAILS@": escape(", ".join(state_words(field))),
-        "@TABLE@": _table(field.pairs),
+        "@DETAILS@": escape(details),
+        "@TABLE@": table,
         # "</script>" within a text would end the data
-        "@DATA@": json.dumps(_data(field, looks)).replace("<", "\\u003c"),
+        "@DATA@": json.dumps(data).replace("<", "\\u003c"),
     }
-    template = Path(__file__).with_name("page.html").read_text("utf-8")
+    text = Path(__file__).with_name(template).read_text("utf-8")
     # in one pass: what is put in is not searched for marks
-    return re.sub("|".join(replacements), lambda mark: replacements[mark[0]], template)
+    return re.sub("|".join(replacements), lambda mark: replacements[mark[0]], text)
 
 
 def _table(pairs: Sequence[PairField]) -> str:
@@ -106,12 +114,12 @@ def _data(field: ContactField, looks: Sequence[RenderStyle]) -> dict[str, Any]:
         "half": TO_MM * view.half_height,
         "aspect": view.aspect,
         "scale": look.motion_scale,
-        "points": _floats(
+        "points": packed_floats(
             TO_MM * (field.of_gears("points")[plain.nodes] - view.middle)
         ),
         "motion": _rough(TO_MM * field.of_gears("motion")[plain.nodes]),
-        "triangles": _indices(plain.triangles),
-        "outline": _indices(plain.lines),
+        "triangles": packed_indices(plain.triangles),
+        "outline": packed_indices(plain.lines),
         "fields": [_field(field, plain, style) for style in looks],
         "ribbon": _ribbon(field.pairs, look),
         "labels": [*_loads(field.pairs, look), *_names(field, look)],
@@ -130,7 +138,7 @@ def _field(field: ContactField, plain: LinearMesh, look: RenderStyle) -> dict[st
         "limits": look.limits,
         "notes": " ".join(legend(look)[1]),
         "ribbon": TO_MM * look.ribbon * look.view.half_height,
-        "palette": _text(palette(look.shown)[:N_COLOURS].tobytes()),
+        "palette": packed(palette(look.shown)[:N_COLOURS].tobytes()),
         "values": _rough(values),
     }
 
@@ -141,7 +149,7 @@ def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> dict[str, str]:
     ribbon = ribbon_of(pairs, at_rest)
     if ribbon is None:
         names = ("points", "motion", "crest", "values", "triangles")
-        return dict.fromkeys(names, _text(b""))
+        return dict.fromkeys(names, packed(b""))
     points, faces, pressure = ribbon
     moved = require_present(
         ribbon_of(pairs, look.still(1.0)), "pressure of the moved pairs"
@@ -151,11 +159,11 @@ def _ribbon(pairs: Sequence[PairField], look: RenderStyle) -> dict[str, str]:
         base[quad[2:]] = points[quad[1::-1]]
     full = look.ribbon * look.view.half_height
     return {
-        "points": _floats(TO_MM * (base - look.view.middle)),
-        "motion": _floats(TO_MM * (moved[0] - points)),
-        "crest": _floats((points - base) / full),
-        "values": _floats(1e-6 * pressure),
-        "triangles": _indices(faces[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)),
+        "points": packed_floats(TO_MM * (base - look.view.middle)),
+        "motion": packed_floats(TO_MM * (moved[0] - points)),
+        "crest": packed_floats((points - base) / full),
+        "values": packed_floats(1e-6 * pressure),
+        "triangles": packed_indices(faces[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3)),
     }
 
 
@@ -184,20 +192,23 @@ def _names(field: ContactField, look: RenderStyle) -> list[dict[str, Any]]:
     ]
 
 
-def _floats(values: ArrayLike) -> str:
-    return _text(np.ascontiguousarray(values, "<f4").tobytes())
+def packed_floats(values: ArrayLike) -> str:
+    """Numbers in single precision as text."""
+    return packed(np.ascontiguousarray(values, "<f4").tobytes())
 
 
 def _rough(values: ArrayLike) -> str:
     """To four digits, which makes files a third smaller."""
     bits = np.ascontiguousarray(values, "<f4").view("<u4")
-    return _text((bits & np.uint32(0xFFFFF000)).tobytes())
+    return packed((bits & np.uint32(0xFFFFF000)).tobytes())
 
 
-def _indices(values: ArrayLike) -> str:
-    return _text(np.ascontiguousarray(values, "<u4").tobytes())
+def packed_indices(values: ArrayLike) -> str:
+    """Counts and node numbers as text."""
+    return packed(np.ascontiguousarray(values, "<u4").tobytes())
 
 
-def _text(data: bytes) -> str:
-    packed = gzip.compress(data, mtime=0)  # the same bytes at any time
-    return b64encode(packed).decode("ascii")
+def packed(data: bytes) -> str:
+    """Bytes as text."""
+    small = gzip.compress(data, mtime=0)  # the same bytes at any time
+    return b64encode(small).decode("ascii")

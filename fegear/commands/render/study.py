@@ -36,6 +36,14 @@ from fegear.rendering.recorded import (
     mesh_motion,
     read_history,
 )
+from fegear.rendering.width_contact import (
+    WidthMoments,
+    WidthPeak,
+    WidthSequence,
+    pair_number,
+    width_contact_at_rest,
+)
+from fegear.rendering.width_pictures import draw_width_contact
 from fegear.statics.settings import StaticsSettings
 from fegear.studies.page import Page
 from fegear.studies.problem import Job, Task
@@ -73,6 +81,7 @@ def _parsed_scale(text: str) -> float | None:
     return value
 
 
+VARYING = "loads that vary over the face width"
 PICTURE = SettingsGroup(
     kind=PictureSettings,
     exposed=expose(
@@ -95,6 +104,9 @@ class ContactPictures(
     position in its cycle and under its part of the torque. --time-history draws the
     contact of a recorded motion: a film of its period, or the moment of its largest
     mesh force. Each moment shows the static fields under its own loads.
+
+    Gears whose loads vary over the face width, helical, crowned or misaligned, are
+    drawn in space with the contact pressure on the flanks of both.
     """
 
     pictures = NO_PICTURES
@@ -150,9 +162,13 @@ class ContactPictures(
 
     def tasks(self) -> Iterator[Task]:
         self._require_file()
-        require_uniform_loads(self.gears, "pictures of contact")
         if self.picture.zoom == "set":
+            require_uniform_loads(self.gears, "pictures of a whole set")
             contact = self._set_without_place()
+        elif self._varies_over_width:
+            sequence = self._over_width()
+            yield Task("picture", partial(self._draw_over_width, sequence))
+            return
         else:
             contact = self._in_motion() if self.time_history else self._at_rest()
         yield Task("picture", partial(self._draw_contact, contact))
@@ -186,6 +202,25 @@ class ContactPictures(
             raise refusal(self, "torque", "{zoom} set needs a load above 0")
         place = self.gears, chosen_torque(self.gears, self.torque), self.position or 0.0
         return contacts_of_set(*place, self.elements, self.picture.turns)
+
+    @property
+    def _varies_over_width(self) -> bool:
+        """Whether the loads of the mesh that is drawn vary over the face width."""
+        return self.gears.meshes[mesh_index(self.gears, self.mesh)].varies_over_width
+
+    def _over_width(self) -> WidthSequence:
+        """Contact over the face width; refuses what its pictures do not have."""
+        if self.time_history:
+            raise refusal(self, "time_history", f"{VARYING} are drawn at rest")
+        if self.picture.shown not in (None, "pressure"):
+            reason = f"{VARYING} are drawn by their pressure, leave it out"
+            raise refusal(self.picture, "shown", reason, PICTURE)
+        reason = f"{VARYING} are drawn in space, leave it out"
+        refuse_non_default(self.picture, ("zoom", "motion_scale"), reason, PICTURE)
+        torque = chosen_torque(self.gears, self.torque, self.mesh)
+        index = mesh_index(self.gears, self.mesh)
+        place = self.gears, index, torque, self.position or 0.0
+        return width_contact_at_rest(*place, self.elements)
 
     def _at_rest(self) -> ContactSequence:
         index = mesh_index(self.gears, self.mesh)
@@ -228,6 +263,12 @@ class ContactPictures(
         place = contact, Path(self.file), self.picture
         peaks = draw_contact(*place, job.report)
         return ContactPicturesResult(self, contact.title, peaks)
+
+    def _draw_over_width(self, sequence: WidthSequence, job: Job) -> WidthPictureResult:
+        moments = draw_width_contact(
+            sequence, Path(self.file), self.picture, job.report
+        )
+        return WidthPictureResult(self, sequence.title, moments)
 
 
 def _edits_of(file: HistoryFile) -> dict[str, Any]:
@@ -309,3 +350,63 @@ def _moment(peak: Peak) -> dict[str, float]:
     """Position [base pitches] and, in a motion, the time of a peak."""
     at = {"position": peak.position}
     return at if peak.time is None else at | {"time_s": peak.time}
+
+
+@dataclass(frozen=True, eq=False)
+class WidthPictureResult(StudyResult):
+    """What the file of a mesh whose loads vary over the face width shows.
+
+    title : of the contact; moments : that are drawn
+    """
+
+    study: ContactPictures
+    title: str
+    moments: WidthMoments
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Largest contact pressure, and its tooth pair, place and position.
+
+        Of a film the largest of all its frames; of slices at which flanks touch, None
+        where only edges do.
+        """
+        peak = self.moments.peak
+        return {
+            "contact": self.title,
+            "output": self.study.file,
+            "frames": len(self.moments),
+            "largest_contact_pressure_MPa": None if peak is None else 1e-6 * peak.value,
+            "largest_contact_pressure_at": None if peak is None else _place(peak),
+            "slices_with_edge_contact": self.moments.edge_slices,
+        }
+
+    def page(self) -> Page:
+        peak, count = self.moments.peak, len(self.moments)
+        film = f" of {count} frames" if count > 1 else ""
+        yield self.title
+        yield f"largest contact pressure{film}: {_peak_text(peak)}"
+        if self.moments.edge_slices:
+            yield (
+                "pressures of edges, off the path of contact or near its ends, have no "
+                "limit and are left out"
+            )
+        yield f"wrote {self.study.file}"
+
+
+def _place(peak: WidthPeak) -> dict[str, float]:
+    return {
+        "position": peak.position,
+        "pair": peak.pair,
+        "place_over_width_mm": 1e3 * peak.place,
+    }
+
+
+def _peak_text(peak: WidthPeak | None) -> str:
+    if peak is None:
+        return "none, only edges touch"
+    end = "far" if peak.place > 0.0 else "near"
+    return (
+        f"{1e-6 * peak.value:.0f} MPa at position {peak.position:.3f}, tooth pair "
+        f"{pair_number(peak.pair)}, {1e3 * abs(peak.place):.2f} mm from the middle of "
+        f"the width toward the {end} end"
+    )

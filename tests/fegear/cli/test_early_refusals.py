@@ -53,8 +53,9 @@ WIDE = HELICAL.replace("= 30\n", "= 1200\n")
 ELEMENTS = ("sweep", "motion", "signals", "faults", "theory", "map", "branches")
 ELEMENTS += ("bifurcations",)
 SOLVED = ("stiffness", "compare", "relief", "rattle gears", "export", "modes")
+SOLVED += ("render",)
 SOLVED += ELEMENTS
-SPUR_ONLY = ("wear", "tolerances", "dynamics", "identify", "render")
+SPUR_ONLY = ("wear", "tolerances", "dynamics", "identify", "render --zoom set")
 SPUR_ONLY += ("ablation", "validate")
 COUPLED = [f"{name} --model coupled" for name in ("sweep", "motion", "signals", "map")]
 REFUSED = {
@@ -67,7 +68,7 @@ REFUSED = {
     ),
     (PLANE, "plane = stress; must be width, it has helical gears"): SOLVED,
     (ECCENTRIC, "faults are not known of helical gears"): ("stiffness", *ELEMENTS),
-    (ECCENTRIC, "eccentricity_um; not modelled by"): ("relief", "tolerances"),
+    (ECCENTRIC, "eccentricity_um; not modelled by"): ("relief", "tolerances", "render"),
     (WIDE, "slices of the face width, of an overlap ratio of"): ("export", *ELEMENTS),
     (LIGHT, "is less than the"): COUPLED,
 }

@@ -116,7 +116,7 @@ def test_flanks_touch_on_the_line_of_action(name, position, request):
         # the centre is on the inner side, and the normals are opposite
         assert frame.vectors(inward)[0] @ (frame.center - points[-1]) > 0.0
     np.testing.assert_allclose(points[0], points[1], atol=1e-12)
-    np.testing.assert_allclose(points[0], scene._on_path(roll), atol=1e-12)
+    np.testing.assert_allclose(points[0], scene.on_path(roll), atol=1e-12)
 
 
 @pytest.mark.parametrize("position", [0.0, 0.15, 0.5])

@@ -117,7 +117,7 @@ def test_camera_and_colours_hold_for_the_whole_cycle(scene):
     assert view == scene.view("contact", picture_aspect())
     pair = scene.mesh.pair
     for roll in (pair.path_start, pair.path_end):
-        assert view.contains(np.repeat(scene._on_path(roll)[None], 2, axis=0))
+        assert view.contains(np.repeat(scene.on_path(roll)[None], 2, axis=0))
     fields = [contact_field(scene, 100.0, p, view) for p in (0.0, 0.5)]
     looks = [look_of([f], "von-mises", view, pair.driver.module) for f in fields]
     both = look_of(fields, "von-mises", view, pair.driver.module)
