@@ -6,7 +6,9 @@ from pathlib import Path
 
 import pytest
 from cli_commands import refused
-from short_uses import SHORT_USES
+from nothing_computed import arguments_of, nothing_is_computed
+
+__all__ = ["nothing_is_computed"]
 
 HELICAL = """\
 name = "helical"
@@ -77,41 +79,6 @@ CASES = [
     for (text, message), commands in REFUSED.items()
     for command in commands
 ]
-
-
-class Computed(BaseException):
-    """Something was computed, or read where it had been."""
-
-
-@pytest.fixture(autouse=True)
-def nothing_is_computed(monkeypatch, tmp_path) -> None:
-    def fail(*_arguments: object, **_options: object) -> None:
-        raise Computed
-
-    monkeypatch.chdir(tmp_path)
-    for name in ("cached_arrays", "kept_arrays", "cached_body"):
-        monkeypatch.setattr(f"fegear.elasticity.cache.{name}", fail)
-    sector = "fegear.elasticity.sector.CyclicSector.__post_init__"
-    monkeypatch.setattr(sector, fail, raising=False)
-    monkeypatch.setattr("lumped.steady.steady_state.steady_state", fail)
-
-
-def arguments_of(command: str) -> list[str]:
-    """A short use of a command with finite elements; further ones replace its own."""
-    name = next(
-        name for name in sorted(SHORT_USES, key=len)[::-1] if command.startswith(name)
-    )
-    more = command.removeprefix(name).split()
-    arguments = SHORT_USES[name].text.split()
-    for option in ("--excitation", "--bending", *more[::2]):
-        if option in arguments:
-            at = arguments.index(option)
-            del arguments[at : at + 2]
-    if name == "bifurcations" and not more:
-        more = ["--direction", "up"]
-    files = {"SET": "set.toml", "CASE": "case.toml"}
-    arguments = [files.get(word, word) for word in arguments]
-    return [*name.split(), *arguments, *more]
 
 
 @pytest.mark.parametrize(("text", "message", "command"), CASES)
