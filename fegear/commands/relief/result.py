@@ -86,6 +86,18 @@ COMPROMISE_COLUMNS: Columns = {
 }
 
 
+# ends of names of rows, and of columns in units of SI with the factor to them
+COLUMN_UNITS = {"_um": ("_m", UM), "_N_per_mm": ("_N_per_m", 1e3), "_MPa": ("_Pa", 1e6)}
+
+
+def _in_si_units(name: str) -> tuple[str, float]:
+    """Column of a value of rows, and the factor of its unit."""
+    for end, (si_end, factor) in COLUMN_UNITS.items():
+        if name.endswith(end):
+            return name.removesuffix(end) + si_end, factor
+    return name, 1.0
+
+
 @dataclass(frozen=True, eq=False)
 class ReliefResult(StudyResult):
     """Best reliefs and leads, and what they do.
@@ -274,21 +286,22 @@ class ReliefResult(StudyResult):
             + (f", {row['length_mm']} mm" if row["length_mm"] else "")
             for row in self.leads
         }
-        more = [
-            name
+        more = {
+            name: _in_si_units(name)
             for name in self.rows[0]
             if name not in ("torque_Nm", "before_um", "after_um")
-        ]
+        }
         rows = [
             [
                 row["torque_Nm"],
                 *(UM * row[f"{when}_um"] for when in ("before", "after")),
-                *(row[name] for name in more),
+                *(factor * row[name] for name, (_, factor) in more.items()),
             ]
             for row in self.rows
         ]
+        names += [column for column, _ in more.values()]
         header = of_reliefs | of_leads | self.study.gear_set.entries
-        return Table([*names, *more], lambda: rows, header)
+        return Table(names, lambda: rows, header)
 
     @property
     def text(self) -> str:

@@ -5,7 +5,7 @@ from fegear.studies.registry import Command
 COMMANDS = (
     Command(
         "show",
-        "Derived geometry of a gear set, forces of its teeth, and what was inferred.",
+        "Geometry and forces of a gear set, and what was inferred.",
         __name__,
         "DerivedGeometry",
         section="Gears and files",

@@ -123,7 +123,7 @@ HIDDEN_OF_FLANKS = {"gear", "role"}
 
 @dataclass(frozen=True, kw_only=True)
 class DerivedGeometry(Study, command="show", example="show liu-idler --plot idler.png"):
-    """Derived geometry of a gear set, forces of its teeth, and what was inferred."""
+    """Geometry and forces of a gear set, and what was inferred."""
 
     pictures = NO_PICTURES
     output = (

@@ -67,6 +67,7 @@ UNITS = {
     "m/s": "dte_rate_m_per_s approach_speed_m_per_s",
     "m/N": "pair1_pair2_compliance_m_per_N",
     "N": "force_peak_N mesh1_pair-1_load_N",
+    "N/mm": "line_load_N_per_mm",
     "N/m": "stiffness_N_per_m pair1_stiffness_N_per_m",
     "N m": "torque_Nm driven_torque_Nm",
     "N s": "impulse_Ns",

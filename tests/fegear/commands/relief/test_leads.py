@@ -207,7 +207,14 @@ def test_the_written_gear_set_has_what_is_shown(helical, tmp_path):
         ):
             assert row[ours] == pytest.approx(figures[theirs], rel=1e-8), ours
     names = result.more_tables["torques"].names
-    assert names[-1] == "pressure_after_MPa"
+    assert names[-1] == "pressure_after_Pa"
+    for values, row in zip(
+        result.more_tables["torques"].rows(), result.rows, strict=True
+    ):
+        by_name = dict(zip(names, values, strict=True))
+        assert by_name["misalignment_m"] == pytest.approx(1e-6 * row["misalignment_um"])
+        load = by_name["line_load_after_N_per_m"]
+        assert load == pytest.approx(1e3 * row["line_load_after_N_per_mm"])
     for name, draw in result.figures.items():
         draw().savefig(tmp_path / f"{name}.png")
 
