@@ -13,8 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 from fegear.commands.tolerances.deviations import (
     CENTER,
     PEAK_TO_PEAK,
-    QUANTITIES,
-    SOURCES,
     LinearContact,
     ToleranceProblem,
     linear_contact,
@@ -90,7 +88,7 @@ class ToleranceBands:
                     self.solved.values[name], self.linear_values[name]
                 ),
             }
-            for name in QUANTITIES
+            for name in self.nominal
         ]
 
     @property
@@ -170,7 +168,7 @@ def tolerance_bands(
 ) -> ToleranceBands:
     """Bands of samples that were solved, and those to first order."""
     linear = linear_contact(problem)
-    ste, no_load = linear.solve(problem.sample(LINEAR_SAMPLES, seed))
+    linear_values = linear.solve(problem.sample(LINEAR_SAMPLES, seed))
     none = np.zeros((1, len(problem.variables)))
     nominal = problem.quantities(*linear.solve(none))
     pair, largest = problem.contact.pair, problem.limits[CENTER]
@@ -181,8 +179,8 @@ def tolerance_bands(
         solved=solved,
         linear=linear,
         nominal={name: float(value[0]) for name, value in nominal.items()},
-        linear_values=problem.quantities(ste, no_load),
-        linear_ste_std=np.asarray(without_mean(ste).std(axis=0)),
+        linear_values=problem.quantities(*linear_values),
+        linear_ste_std=np.asarray(without_mean(linear_values[0]).std(axis=0)),
         effects=total_effects(problem, linear, SENSITIVITY_SAMPLES, seed),
         peak_to_peak_without=peak_to_peak_without(
             problem, linear, LINEAR_SAMPLES, seed
@@ -200,15 +198,15 @@ def tolerance_bands(
 def total_effects(
     problem: ToleranceProblem, linear: LinearContact, count: int, seed: int
 ) -> dict[str, dict[str, float]]:
-    """Part of the variance of each quantity that each of SOURCES has.
+    """Part of the variance of each quantity that each source has.
 
     Total effects of Sobol over their sum, of the linear contact, by the estimator of
     Jansen (1999): a variance that several sources have together counts for each.
     """
     one, other = problem.sample(count, seed), problem.sample(count, seed + 1)
     values = problem.quantities(*linear.solve(one))
-    effects: dict[str, dict[str, float]] = {name: {} for name in QUANTITIES}
-    for source in SOURCES:
+    effects: dict[str, dict[str, float]] = {name: {} for name in values}
+    for source in problem.sources:
         changes = np.array([name == source for name in problem.variables])
         mixed = problem.quantities(*linear.solve(np.where(changes, other, one)))
         for name, value in values.items():
@@ -226,10 +224,10 @@ def peak_to_peak_without(
     """What 95 % of the peak to peak stay below if a source has no tolerance [m]."""
     deviations = problem.sample(count, seed)
     largest = dict[str, float]()
-    for source in SOURCES:
+    for source in problem.sources:
         stays = np.array([name != source for name in problem.variables])
-        ste, no_load = linear.solve(deviations * stays)
-        values = problem.quantities(ste, no_load)[PEAK_TO_PEAK]
+        solved = linear.solve(deviations * stays)
+        values = problem.quantities(*solved)[PEAK_TO_PEAK]
         largest[source] = float(np.percentile(values, PERCENTILES[-1]))
     return largest
 

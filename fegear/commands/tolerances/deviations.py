@@ -6,7 +6,11 @@ Deviations are random and independent:
   form deviation is a parabola over the active profile, barrel-shaped or hollow;
 - single pitch of either gear, of each step from tooth to tooth. The errors of the
   teeth add up from the tooth of the reference pair on;
-- centre distance.
+- centre distance;
+- where loads vary over the face width, helix slope and helix form of either gear, as
+  slope and crowning of its lead, and axes that are not parallel: in their plane and out
+  of it, as the deviation over the common width, which opens a gap along the line of
+  action by sine and cosine of the operating pressure angle (ISO/TR 10064-3).
 
 To first order, the transmission error at every position, and the gap of every tooth
 pair, is linear in the deviations. Peak to peak and stiffness follow from these lines:
@@ -19,7 +23,7 @@ deviations they become the derivatives that one contact solution gives (see
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -30,13 +34,18 @@ from numpy.typing import NDArray
 from fegear.commands.tolerances.variants import (
     VariantContact,
     Variants,
+    WidthDeviations,
     solve_variants,
     with_profiles,
 )
+from fegear.commands.tolerances.width_variants import solve_width_variants
 from fegear.contact.pairs import candidate_pairs
 from fegear.contact.path import on_path
+from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
+from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.solve import pairs_over_width
 from lumped.common.array_types import Array
 
 Distribution = Literal["normal", "uniform"]
@@ -47,9 +56,13 @@ PROFILE = (
 )
 PITCH = "driver_single_pitch", "driven_single_pitch"
 CENTER = "center_distance"
-SOURCES = (*PROFILE, CENTER, *PITCH)  # of deviations
+HELIX = (
+    *("driver_helix_slope", "driven_helix_slope"),
+    *("driver_helix_form", "driven_helix_form"),
+)
+AXES = "axes_in_plane", "axes_out_of_plane"
 MEAN_STIFFNESS, PEAK_TO_PEAK = "mean_stiffness_N_per_m", "ste_peak_to_peak_m"
-QUANTITIES = MEAN_STIFFNESS, PEAK_TO_PEAK
+DISTRIBUTION = "load_distribution_factor"
 NO_FLANK_GAP = 1.0  # [m], of a tooth pair whose flanks do not face each other
 MIN_STEP = 1e-9  # of differences, where a deviation is 0 [m]
 
@@ -83,7 +96,7 @@ class ToleranceProblem:
     """Pairs of gears that deviate from a contact problem by random amounts.
 
     torque : on the driver [N m]; position : (n,) of the mesh cycle [base pitches]
-    limits : largest amount of the deviations of each of SOURCES [m]
+    limits : largest amount of the deviations of each of `sources` [m]
     """
 
     contact: ContactProblem
@@ -92,16 +105,30 @@ class ToleranceProblem:
     limits: Mapping[str, float]
     distribution: Distribution = "normal"
 
+    @property
+    def sources(self) -> tuple[str, ...]:
+        """Sources of deviations."""
+        return sources_of(isinstance(self.contact.solver, WidthContact))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What is distributed."""
+        every = MEAN_STIFFNESS, PEAK_TO_PEAK, DISTRIBUTION
+        return every if HELIX[0] in self.sources else every[:2]
+
     @cached_property
     def teeth(self) -> NDArray[np.int64]:
         """Base pitches by which tooth pairs (k,) are ahead of the reference pair."""
+        if isinstance(self.contact.solver, WidthContact):
+            return pairs_over_width(self.contact, self.contact.solver, self.position)
         return candidate_pairs(self.contact.pair, self.position)
 
     @cached_property
     def variables(self) -> tuple[str, ...]:
         """The source of each random variable (v,)."""
         steps = self.teeth.size - 1
-        return (*PROFILE, CENTER, *(name for name in PITCH for _ in range(steps)))
+        single = [name for name in self.sources if name not in PITCH]
+        return (*single, *(name for name in PITCH for _ in range(steps)))
 
     @property
     def limit(self) -> Array:
@@ -132,43 +159,75 @@ class ToleranceProblem:
 
     def tooth_errors(self, deviations: Array) -> tuple[Array, Array]:
         """Material missing on the teeth of the pairs (s, k) [m] of either gear."""
-        pitch = deviations[:, len(PROFILE) + 1 :]
+        pitch = deviations[:, self._first_pitch :]
         driver, driven = np.split(pitch, 2, axis=1)
         return driver @ self.pitch_sums, driven @ self.pitch_sums
+
+    @property
+    def _first_pitch(self) -> int:
+        """Number of the variables that are of no pitch."""
+        return len(self.sources) - len(PITCH)
+
+    def _deviations_of(self, names: Sequence[str], deviations: Array) -> Array:
+        """Deviations (s, len(names)) of single variables, 0 of those there are not."""
+        zero = np.zeros(len(deviations))
+        columns = [
+            deviations[:, self.variables.index(name)] if name in self.sources else zero
+            for name in names
+        ]
+        return np.stack(columns, axis=1)
 
     def variants(self, deviations: Array) -> Variants:
         """Pairs of gears with deviations (s, v) [m]."""
         driver, driven = self.tooth_errors(deviations)
+        profile, helix, axes, center = (
+            self._deviations_of(names, deviations)
+            for names in (PROFILE, HELIX, AXES, (CENTER,))
+        )
+        angle = self.contact.pair.operating_pressure_angle
+        over_width = WidthDeviations(
+            lead_slope=helix[:, :2],
+            lead_crowning=helix[:, 2:],
+            misalignment=axes @ np.array([np.sin(angle), np.cos(angle)]),
+        )
         return Variants(
-            slope=deviations[:, :2],
-            crowning=deviations[:, 2:4],
-            center_distance=deviations[:, 4],
+            slope=profile[:, :2],
+            crowning=profile[:, 2:],
+            center_distance=center[:, 0],
             gap=driver + driven,
+            over_width=over_width,
         )
 
     def solve(
         self, deviations: Array, report: Callable[[int], None] = lambda done: None
     ) -> VariantContact:
         """Contact of the pairs of gears over the mesh cycle."""
-        return solve_variants(
-            self.contact,
-            self.torque,
-            self.position,
-            self.variants(deviations),
-            report,
-        )
+        at = self.torque, self.position, self.variants(deviations), report
+        match self.contact.solver:
+            case PlaneContact():
+                return solve_variants(self.contact, *at)
+            case WidthContact() as face:
+                return solve_width_variants(self.contact, face, *at)
 
     @property
     def mesh_force(self) -> float:
         """Torque over the driver's base radius [N]."""
         return self.torque / self.contact.pair.driver_arm
 
-    def quantities(self, ste: Array, no_load: Array) -> dict[str, Array]:
-        """What is distributed (s,), from transmission errors (s, n) [m]."""
-        return {
+    def quantities(
+        self, ste: Array, no_load: Array, distribution: Array
+    ) -> dict[str, Array]:
+        """What is distributed (s,), from transmission errors (s, n) [m].
+
+        distribution : (s, b) as of `VariantContact`
+        """
+        values = {
             MEAN_STIFFNESS: (self.mesh_force / (ste - no_load)).mean(axis=1),
             PEAK_TO_PEAK: np.ptp(ste, axis=1),
         }
+        if distribution.shape[1]:
+            values[DISTRIBUTION] = distribution.max(axis=1)
+        return values
 
     def lost_contact(self, contact: VariantContact) -> NDArray[np.bool_]:
         """Whether a tooth pair on the path of contact carries no load, (s,)."""
@@ -176,31 +235,45 @@ class ToleranceProblem:
         return np.asarray(((contact.load == 0.0) & nominal).any(axis=(1, 2)))
 
 
+def sources_of(over_width: bool) -> tuple[str, ...]:
+    """Sources of deviations; over_width : whether loads vary over the face width."""
+    of_width = (*HELIX, *AXES) if over_width else ()
+    return (*PROFILE, *of_width, CENTER, *PITCH)
+
+
 @dataclass(frozen=True)
 class LinearContact:
     """The contact as a linear function of the deviations from the nominal pair.
 
     ste, gap : of the nominal pair (n,), (n, k) [m]
-    ste_slope, gap_slope : slopes (n, v), (n, k, v) by the deviations
+    distribution : of loads over the width, of the nominal pair (b,)
+    ste_slope, gap_slope, distribution_slope : slopes (n, v), (n, k, v), (b, v) by the
+        deviations
     derivative_error : difference of slopes from the derivatives that the contact
         solution gives, relative
     """
 
     ste: Array
     gap: Array
+    distribution: Array
     ste_slope: Array
     gap_slope: Array
+    distribution_slope: Array
     derivative_error: float
 
-    def solve(self, deviations: Array) -> tuple[Array, Array]:
-        """Transmission error under load and without (s, n) [m] by deviations (s, v)."""
+    def solve(self, deviations: Array) -> tuple[Array, Array, Array]:
+        """Transmission error under load and without (s, n) [m] by deviations (s, v).
+
+        And the distribution of loads over the width (s, b).
+        """
         ste = self.ste + deviations @ self.ste_slope.T
         no_load = np.full_like(ste, np.inf)
         for gap, slope in zip(
             self.gap.T, np.moveaxis(self.gap_slope, 1, 0), strict=True
         ):
             no_load = np.minimum(no_load, gap + deviations @ slope.T)
-        return ste, no_load
+        distribution = self.distribution + deviations @ self.distribution_slope.T
+        return ste, no_load, distribution
 
 
 def linear_contact(problem: ToleranceProblem) -> LinearContact:
@@ -212,11 +285,14 @@ def linear_contact(problem: ToleranceProblem) -> LinearContact:
     facing = np.isfinite(nominal.gap[0])
     gap = np.where(facing & np.isfinite(gap), gap, NO_FLANK_GAP)
     difference = _difference(both_sides.ste, step)
-    weight = problem.std * np.array([name != CENTER for name in problem.variables])
+    has_derivative = [name not in (CENTER, *AXES) for name in problem.variables]
+    weight = problem.std * np.array(has_derivative)
     change = np.linalg.norm((ste_derivatives(problem) - difference) * weight)
     return LinearContact(
         ste=nominal.ste[0],
         gap=np.where(facing, nominal.gap[0], NO_FLANK_GAP),
+        distribution=nominal.distribution[0],
+        distribution_slope=_difference(both_sides.distribution, step),
         ste_slope=difference,
         gap_slope=_difference(gap, step),
         derivative_error=float(change / (np.linalg.norm(difference * weight) or 1.0)),
@@ -232,14 +308,21 @@ def _difference(values: Array, step: Array) -> Array:
 def ste_derivatives(problem: ToleranceProblem) -> Array:
     """Derivatives (n, v) of the transmission error from one contact solution.
 
-    Zero for the centre distance.
+    Zero for the centre distance and the axes.
     """
     contact = with_profiles(problem.contact)
     cycle = solve_cycle(contact, problem.torque, problem.position, with_slopes=True)
-    by_crowning, by_slope = np.moveaxis(cycle.profile_slope[0], -1, 0)
     by_gap = cycle.load_slope / (cycle.load_slope * cycle.closing).sum(
         -1, keepdims=True
     )
     by_pitch = by_gap[0] @ problem.pitch_sums.T
-    center = np.zeros((problem.position.size, 1))
-    return np.concatenate([by_slope, by_crowning, center, by_pitch, by_pitch], axis=1)
+    derivatives = np.zeros((problem.position.size, len(problem.variables)))
+    for names, slopes in ((PROFILE, cycle.profile_slope), (HELIX, cycle.lead_slope)):
+        for gear in range(2):
+            for name, size in ((names[gear], 1), (names[2 + gear], 0)):
+                if name in problem.variables:
+                    at = problem.variables.index(name)
+                    derivatives[:, at] = slopes[0, :, gear, size]
+    first = problem.variables.index(PITCH[0])
+    derivatives[:, first:] = np.concatenate([by_pitch, by_pitch], axis=1)
+    return derivatives

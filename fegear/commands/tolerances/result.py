@@ -10,6 +10,7 @@ from typing import Any
 
 from fegear.commands.tolerances.bands import QUANTILE_STDERR, ToleranceBands
 from fegear.commands.tolerances.deviations import (
+    DISTRIBUTION,
     LIMIT_OVER_STD,
     MEAN_STIFFNESS,
     PEAK_TO_PEAK,
@@ -25,6 +26,7 @@ MAX_BAND_ERROR = 0.1  # of the first order, above which a warning follows
 SCALES = {  # and names on the screen
     MEAN_STIFFNESS: (1e-8, "mean k [1e8 N/m]"),
     PEAK_TO_PEAK: (1e6, "STE p-p [um]"),
+    DISTRIBUTION: (1.0, "K_Hbeta"),
 }
 
 BAND_COLUMNS: Columns = {
@@ -40,6 +42,11 @@ SOURCE_COLUMNS: Columns = {
     "limit\n+- um": cell("limit_um", 3),
     "part of variance\n[%]": cell("share_of_ste_peak_to_peak", 3, 100.0),
     "95 % value\nwithout it [%]": lambda row: row["without"],
+}
+WIDTH_COLUMNS: Columns = {
+    "part of variance\nof K_Hbeta [%]": cell(
+        "share_of_load_distribution_factor", 3, 100.0
+    ),
 }
 
 
@@ -99,6 +106,11 @@ class TolerancesResult(StudyResult):
                 "share_of_mean_stiffness": bands.effects[MEAN_STIFFNESS][source],
                 "first_order_p95_without_um": bands.peak_to_peak_without[source] / UM,
             }
+            | (
+                {f"share_of_{DISTRIBUTION}": bands.effects[DISTRIBUTION][source]}
+                if DISTRIBUTION in bands.effects
+                else {}
+            )
             for source, limit in bands.limits.items()
         ]
 
@@ -209,7 +221,9 @@ class TolerancesResult(StudyResult):
         if values["distribution"] == "normal":
             kind = f"normal, limits at {LIMIT_OVER_STD:g} standard deviations"
         title = f"Tolerances, {kind}: effect on STE p-p to first order"
-        yield RowTable(self._limit_effects, SOURCE_COLUMNS, title, ("tolerance",))
+        of_width = WIDTH_COLUMNS if DISTRIBUTION in self.bands.effects else {}
+        columns = SOURCE_COLUMNS | of_width
+        yield RowTable(self._limit_effects, columns, title, ("tolerance",))
         yield from self._values_outside_limits
         yield (
             "contact ratio {contact_ratio_least:.4g} to {contact_ratio_largest:.4g}"

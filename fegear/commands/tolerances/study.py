@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -18,23 +18,28 @@ from fegear.commands.tolerances.bands import (
 )
 from fegear.commands.tolerances.deviations import (
     CENTER,
-    QUANTITIES,
-    SOURCES,
+    HELIX,
     Distribution,
     ToleranceProblem,
+    sources_of,
 )
 from fegear.commands.tolerances.grades import tolerances_of_pair
 from fegear.commands.tolerances.result import TolerancesResult
 from fegear.files.errors import InputError
-from fegear.gearset.leads import require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.statics.contact_problem import contact_problem
+from fegear.statics.contact_problem import contact_problem, require_solvable
 from fegear.statics.plausibility import tip_warnings
 from fegear.statics.settings import StaticsSettings
 from fegear.studies.problem import Job, Problem, Task
-from fegear.studies.settings import SettingsGroup, expose, group, setting
+from fegear.studies.settings import (
+    SettingsGroup,
+    expose,
+    group,
+    refusal,
+    setting,
+)
 from fegear.studies.study import PLOT, Study
 from fegear.studies.trains.gear_sets import (
     DEFAULT_PAIR,
@@ -48,7 +53,9 @@ from lumped.common.units import UM
 from meshes import GearPair
 from meshes.gear import apart_from, floored
 
-BLOCK = 250  # pairs of gears of a task
+BLOCK, WIDTH_BLOCK = 250, 10  # pairs of gears of a task
+SAMPLES, WIDTH_SAMPLES = 10_000, 200  # by default
+OF_WIDTH = "helix_slope", "helix_form", "axes_in_plane", "axes_out_of_plane"
 GRADES = Range(1, 11)
 AMOUNT_RANGE = Range(0.0, 1e4, "um")
 ELEMENTS = SettingsGroup(
@@ -77,10 +84,11 @@ class Tolerances(
     """Scatter of stiffness and transmission error by tolerances.
 
     Pairs of gears deviate at random within the tolerances of their grade by ISO
-    1328-1:2013: profile slope and profile form, single pitch, and centre distance.
-    Their contact over one mesh cycle is solved for each, and predicted to first order
-    from its slopes at the nominal pair. Pitch errors of the gear set are replaced;
-    reliefs and profiles stay.
+    1328-1:2013: profile slope and profile form, single pitch, and centre distance. Of
+    gears whose loads vary over the face width, helix slope and form and the axes
+    deviate as well. Their contact over one mesh cycle is solved for each, and predicted
+    to first order from its slopes at the nominal pair. Pitch errors of the gear set are
+    replaced; reliefs, profiles and leads stay.
     """
 
     pictures = PLOT
@@ -108,6 +116,16 @@ class Tolerances(
     single_pitch_um: float | None = _tolerance("Tolerance of single pitches")
     profile_slope_um: float | None = _tolerance("Tolerance of profile slopes")
     profile_form_um: float | None = _tolerance("Tolerance of profile forms")
+    helix_slope_um: float | None = _tolerance("Tolerance of helix slopes")
+    helix_form_um: float | None = _tolerance("Tolerance of helix forms")
+    axes_in_plane_um: float | None = _tolerance(
+        "Largest deviation of the axes in their plane, over the common face width",
+        "both gears by ISO/TR 10064-3",
+    )
+    axes_out_of_plane_um: float | None = _tolerance(
+        "Largest deviation of the axes out of their plane, over the common face width",
+        "both gears by ISO/TR 10064-3",
+    )
     center_distance_um: float | None = _tolerance(
         "Largest deviation of the centre distance to either side", ""
     )
@@ -116,8 +134,11 @@ class Tolerances(
         "Distribution of deviations within the tolerance. normal: with a third of the "
         "tolerance as standard deviation, cut off at it; uniform: all equally likely.",
     )
-    samples: int = setting(
-        10_000, "Number of pairs of gears that are solved.", Range(10, 100_000)
+    samples: int | None = setting(
+        None,
+        f"Number of pairs of gears that are solved. [default: {SAMPLES}, or "
+        f"{WIDTH_SAMPLES} where loads vary over the face width]",
+        Range(10, 100_000),
     )
     seed: int = setting(1, "Seed of the random deviations.", Range(0, 2**32))
     elements: StaticsSettings = group(ELEMENTS)
@@ -145,16 +166,29 @@ class Tolerances(
 
     def _limits(self, gears: GearSet, index: int) -> dict[str, float]:
         """Tolerances [m] by source."""
-        require_uniform_loads(gears, "tolerances")
-        pair = gears.meshes[index].pair
-        names = "single_pitch", "profile_slope", "profile_form", CENTER
+        require_solvable(gears, index, self.elements)
+        mesh = gears.meshes[index]
+        names = ["single_pitch", "profile_slope", "profile_form", *OF_WIDTH, CENTER]
         amounts = {name: getattr(self, f"{name}_um") for name in names}
+        if not mesh.varies_over_width:
+            for name in OF_WIDTH:
+                if amounts.pop(name) is not None:
+                    raise refusal(
+                        self,
+                        f"{name}_um",
+                        "needs loads that vary over the face width, of gears that are "
+                        "helical, crowned or misaligned",
+                    )
         grades = self.driver_grade or self.grade, self.driven_grade or self.grade
-        limits = tolerances_of_pair(pair, grades, amounts)
+        one, other = (gears.gears[gear].face_width for gear in mesh.gears)
+        widths = (one, other) if mesh.varies_over_width else None
+        every = tolerances_of_pair(mesh.pair, grades, amounts, widths)
+        sources = sources_of(mesh.varies_over_width)
+        limits = {source: every[source] for source in sources}
         if not any(limits.values()):
             raise InputError("all tolerances are 0; one or more must be above 0")
-        _require_mesh(pair, limits)
-        return {source: limits[source] for source in SOURCES}
+        _require_mesh(mesh.pair, limits)
+        return limits
 
 
 def _require_mesh(pair: GearPair, limits: Mapping[str, float]) -> None:
@@ -188,10 +222,17 @@ class TolerancesProblem(Problem):
     problem: ToleranceProblem
     gear_warnings: tuple[str, ...]
 
+    @cached_property
+    def _blocks(self) -> list[Array]:
+        """Deviations of all pairs of gears in blocks."""
+        study, over_width = self.study, HELIX[0] in self.problem.sources
+        samples = study.samples or (WIDTH_SAMPLES if over_width else SAMPLES)
+        deviations = self.problem.sample(samples, study.seed)
+        size = WIDTH_BLOCK if over_width else BLOCK
+        return np.split(deviations, np.arange(size, len(deviations), size))
+
     def tasks(self) -> Iterator[Task]:
-        study = self.study
-        deviations = self.problem.sample(study.samples, study.seed)
-        for i, block in enumerate(_blocks(deviations)):
+        for i, block in enumerate(self._blocks):
             work = partial(self._solve_block, block)
             yield Task(f"{i}", work, size=len(block), n_records=1)
 
@@ -204,7 +245,9 @@ class TolerancesProblem(Problem):
 
         contact = self.problem.solve(deviations, report)
         arrays = {
-            **self.problem.quantities(contact.ste, contact.no_load),
+            **self.problem.quantities(
+                contact.ste, contact.no_load, contact.distribution
+            ),
             "ste": contact.ste,
             "lost_contact": self.problem.lost_contact(contact).astype(float),
         }
@@ -215,18 +258,17 @@ class TolerancesProblem(Problem):
         self, results: Mapping[str, Mapping[str, Array] | None]
     ) -> TolerancesResult | None:
         study, problem = self.study, self.problem
-        deviations = problem.sample(study.samples, study.seed)
         finished = {key: value for key, value in results.items() if value is not None}
         if not finished:
             return None
-        blocks = _blocks(deviations)
+        blocks = self._blocks
         columns = {
             name: np.concatenate([block[name] for block in finished.values()])
             for name in next(iter(finished.values()))
         }
         solved = SolvedSamples(
             deviations=np.concatenate([blocks[int(key)] for key in finished]),
-            values={name: columns[name] for name in QUANTITIES},
+            values={name: columns[name] for name in problem.names},
             ste=columns["ste"],
             lost_contact=columns["lost_contact"] > 0.0,
         )
@@ -244,7 +286,3 @@ class TolerancesProblem(Problem):
         """Warnings of nominal tips that meet the edge of an undercut."""
         pair, largest = self.problem.contact.pair, float(bands.linear.ste.max())
         yield from tip_warnings(self.study.mesh, self.problem.torque, pair, largest)
-
-
-def _blocks(deviations: Array) -> list[Array]:
-    return np.split(deviations, np.arange(BLOCK, len(deviations), BLOCK))

@@ -23,6 +23,7 @@ from fegear.contact.plane.constants import (
     patch_nodes,
     with_rootward,
 )
+from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.plane.runs import (
     solve_constants,
     turned_positions,
@@ -30,9 +31,23 @@ from fegear.contact.plane.runs import (
 )
 from fegear.contact.plane.solve import kernel_torques
 from fegear.contact.problem import ContactFailure, ContactFlank, ContactProblem
-from fegear.gearset.modifications import FlankProfile
+from fegear.contact.width.contact import WidthContact
+from fegear.gearset.modifications import FlankLead, FlankProfile
 from lumped.common.array_types import Array
 from meshes import GearPair
+
+
+@dataclass(frozen=True)
+class WidthDeviations:
+    """Deviations of s pairs of gears over the face width, lengths in metres.
+
+    lead_crowning, lead_slope : (s, 2) that come to the leads of driver and driven gear
+    misalignment : (s,) gap that the axes open at the far end
+    """
+
+    lead_crowning: Array
+    lead_slope: Array
+    misalignment: Array
 
 
 @dataclass(frozen=True)
@@ -42,12 +57,14 @@ class Variants:
     crowning, slope : (s, 2) that come to the profiles of driver and driven gear
     gap : (s, k) extra gap of each tooth pair of `candidate_pairs`
     center_distance : (s,) its increase
+    over_width : where loads vary over the face width
     """
 
     crowning: Array
     slope: Array
     gap: Array
     center_distance: Array
+    over_width: WidthDeviations | None = None
 
     @property
     def count(self) -> int:
@@ -62,25 +79,36 @@ class VariantContact:
     gap : (s, n, k) transmission error that closes each tooth pair [m]; infinite where
         its flanks do not face each other
     load : (s, n, k) normal force of each tooth pair [N]
+    distribution : (s, b) mean load over the cycle on bands of the width, over that on
+        all of it, of which the largest is K_Hbeta; of no bands where loads are uniform
     """
 
     ste: Array
     no_load: Array
     gap: Array
     load: Array
+    distribution: Array
 
 
 def with_profiles(problem: ContactProblem) -> ContactProblem:
-    """The problem with profiles on both flanks, of no size where it has none."""
+    """The problem with profiles, and over the width leads, on both flanks.
+
+    They are of no size where it has none.
+    """
     return replace(
         problem,
-        driver=_with_profile(problem.driver),
-        driven=_with_profile(problem.driven),
+        driver=_with_profile(problem.driver, problem.solver),
+        driven=_with_profile(problem.driven, problem.solver),
     )
 
 
-def _with_profile(flank: ContactFlank) -> ContactFlank:
-    return replace(flank, profile=flank.profile or FlankProfile())
+def _with_profile(
+    flank: ContactFlank, solver: PlaneContact | WidthContact
+) -> ContactFlank:
+    lead = flank.lead
+    if isinstance(solver, WidthContact):
+        lead = lead or FlankLead()
+    return replace(flank, profile=flank.profile or FlankProfile(), lead=lead)
 
 
 def solve_variants(
@@ -129,7 +157,8 @@ def solve_variants(
         report(i + 1)
     _require_solved(rows.status)
     gap[gap >= NO_FLANK_GAP] = np.inf
-    return VariantContact(rows.ste, rows.no_load, gap, load)
+    no_bands = np.empty((variants.count, 0))
+    return VariantContact(rows.ste, rows.no_load, gap, load, no_bands)
 
 
 def _move_centers(mesh: Any, problem: ContactProblem, increase: float) -> None:

@@ -54,10 +54,18 @@ LIGHT = SPUR.replace("face_width_mm", "inertia_kg_m2 = 1e-6\nface_width_mm", 1)
 WIDE = HELICAL.replace("= 30\n", "= 1200\n")
 ELEMENTS = ("sweep", "motion", "signals", "faults", "theory", "map", "branches")
 ELEMENTS += ("bifurcations",)
-SOLVED = ("stiffness", "compare", "relief", "rattle gears", "export", "modes")
+SOLVED = (
+    "tolerances",
+    "stiffness",
+    "compare",
+    "relief",
+    "rattle gears",
+    "export",
+    "modes",
+)
 SOLVED += ("render",)
 SOLVED += ELEMENTS
-SPUR_ONLY = ("wear", "tolerances", "dynamics", "identify", "render --zoom set")
+SPUR_ONLY = ("wear", "dynamics", "identify", "render --zoom set")
 SPUR_ONLY += ("ablation", "validate")
 COUPLED = [f"{name} --model coupled" for name in ("sweep", "motion", "signals", "map")]
 REFUSED = {

@@ -23,10 +23,10 @@ from fegear.commands.tolerances.deviations import (
     CENTER,
     MEAN_STIFFNESS,
     PEAK_TO_PEAK,
-    SOURCES,
     LinearContact,
     ToleranceProblem,
     linear_contact,
+    sources_of,
     std_over_limit,
     ste_derivatives,
     unit_deviates,
@@ -42,6 +42,7 @@ from meshes import GearPair
 COARSE = StaticsSettings(resolution="coarse", positions=16)
 POSITION = np.arange(16) / 16
 TORQUE = 100.0
+SOURCES = sources_of(over_width=False)
 LIMITS = dict(
     zip(SOURCES, (7e-6, 7.5e-6, 9e-6, 9e-6, 17.5e-6, 8.5e-6, 8.5e-6), strict=True)
 )
@@ -104,7 +105,7 @@ def test_one_pair_of_gears_is_that_of_a_gear_set_file(any_contact, gears_name):
     deviations = 1e-6 * np.round(1e6 * problem.sample(3, seed=5), 3)
     deviations[:, problem.variables.index(CENTER)] = 0.0
     solved = problem.solve(deviations)
-    values = problem.quantities(solved.ste, solved.no_load)
+    values = problem.quantities(solved.ste, solved.no_load, solved.distribution)
     teeth = contact.pair.driver.teeth, contact.pair.driven.teeth
     numbers = [gear + 1 for gear in fegear.load_gear_set(gears_name).meshes[0].gears]
     for i, row in enumerate(deviations):
@@ -217,7 +218,15 @@ def linear_of(contact, problem, slopes):
     """A linear contact whose transmission error has two positions."""
     ste = np.array([20e-6, 10e-6])
     gaps = np.zeros((2, 1)), np.zeros((2, 1, len(problem.variables)))
-    return LinearContact(ste, gaps[0], np.array([slopes, 0.0 * slopes]), gaps[1], 0.0)
+    return LinearContact(
+        ste=ste,
+        gap=gaps[0],
+        distribution=np.empty(0),
+        ste_slope=np.array([slopes, 0.0 * slopes]),
+        gap_slope=gaps[1],
+        distribution_slope=np.empty((0, slopes.size)),
+        derivative_error=0.0,
+    )
 
 
 def test_quantiles_of_a_linear_case_are_those_of_theory(contact):
@@ -225,8 +234,8 @@ def test_quantiles_of_a_linear_case_are_those_of_theory(contact):
     problem = problem_of(contact)
     slopes = np.linspace(-0.3, 0.4, len(problem.variables))
     linear = linear_of(contact, problem, slopes)
-    ste, no_load = linear.solve(problem.sample(40_000, 7))
-    values = problem.quantities(ste, no_load)[PEAK_TO_PEAK]
+    solved = linear.solve(problem.sample(40_000, 7))
+    values = problem.quantities(*solved)[PEAK_TO_PEAK]
     std = np.linalg.norm(slopes * problem.std)
     assert values.std() == pytest.approx(std, rel=0.02)
     for probability, z in ((5, -1.645), (95, 1.645)):
@@ -267,7 +276,7 @@ def test_bands_agree_at_small_scatter(contact):
     problem = problem_of(contact, 0.1)
     deviations = problem.sample(400, 1)
     solved = problem.solve(deviations)
-    values = problem.quantities(solved.ste, solved.no_load)
+    values = problem.quantities(solved.ste, solved.no_load, solved.distribution)
     linear = problem.quantities(*linear_contact(problem).solve(deviations))
     for name, value in values.items():
         assert band_error(value, linear[name]) < 0.03, name
