@@ -71,7 +71,7 @@ WIDTH_COLUMNS: Columns = {
     f"{title}\n{when}{unit}": cell(name.format(when), 4)
     for name, title, unit in (
         (LARGEST["distribution"], "K_Hbeta", ""),
-        (LARGEST["line_load"], "load on a band", " [N/mm]"),
+        (LARGEST["line_load"], "band load", " [N/mm]"),
         (LARGEST["pressure"], "pressure", " [MPa]"),
     )
     for when in ("before", "after")
@@ -350,7 +350,11 @@ class ReliefResult(StudyResult):
             cases.setdefault(row.get("misalignment_um"), []).append(row)
         for i, (misalignment_um, rows) in enumerate(cases.items()):
             torques = [row["torque_Nm"] for row in rows]
-            at = "" if misalignment_um is None else f", {misalignment_um:g} um"
+            at = (
+                ""
+                if misalignment_um is None
+                else f", misaligned by {misalignment_um:g} um"
+            )
             axes.plot(
                 torques,
                 [row[name] for row in rows],
