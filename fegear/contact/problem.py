@@ -10,7 +10,7 @@ from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.tooth_faults import ToothFaults
 from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.flank import FlankCompliance
-from fegear.gearset.modifications import FlankModifications
+from fegear.gearset.modifications import FlankLead, FlankModifications
 from lumped.common.array_types import Array, Indices
 from lumped.common.short_repr import ShortRepr
 from meshes import GearPair
@@ -93,6 +93,11 @@ class ContactProblem(ShortRepr):
     def flanks(self) -> tuple[ContactFlank, ContactFlank]:
         """Flanks of driver and driven gear."""
         return self.driver, self.driven
+
+    @property
+    def leads(self) -> tuple[FlankLead | None, FlankLead | None]:
+        """Lead modifications of driver and driven gear."""
+        return self.driver.lead, self.driven.lead
 
     @property
     def offsets(self) -> tuple[CenterOffset | None, CenterOffset | None]:

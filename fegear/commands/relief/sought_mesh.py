@@ -28,7 +28,7 @@ from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.array_types import Array
 from lumped.common.units import UM
 
-TINY_CROWNING = 1e-12  # [m], of flanks that may have leads, so that loads vary
+TINY_CROWNING_UM = 1e-6
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,23 @@ class SoughtMesh:
         """The gear set with changes, at all misalignments."""
         gaps_um = self.misalignments_um or (self.mesh.misalignment / UM,)
         keys = [self._misalignment_keys(gap) for gap in self.misalignments_um] or [{}]
-        sets = tuple(self.gear_set.changed({**edits, **more}) for more in keys)
+        sets = tuple(self._solvable({**edits, **more}) for more in keys)
         return Cases(sets, gaps_um, self.index, self.settings)
+
+    def _solvable(self, edits: Mapping[str, Any]) -> GearSet:
+        """The gear set with changes, whose loads vary over the width in all cases.
+
+        Without leads and misalignment they do by a crowning that is none.
+        """
+        gears = self.gear_set.changed(edits)
+        is_plane = not gears.meshes[self.index].varies_over_width
+        if not (is_plane and (self.leads or self.misalignments_um)):
+            return gears
+        crowning = {
+            f"mesh.{i + 1}.driver_lead.crowning_um": TINY_CROWNING_UM
+            for i, _ in self._meshes()
+        }
+        return self.gear_set.changed({**edits, **crowning})
 
     def _misalignment_keys(self, gap_um: float) -> dict[str, float]:
         """Keys by which the mesh and those with the same flanks are misaligned."""
@@ -86,19 +101,14 @@ class SoughtMesh:
 
     @cached_property
     def gear_sets(self) -> tuple[GearSet, ...]:
-        """The gear set at all misalignments, without the leads that are sought.
-
-        Flanks that may have leads have a crowning that is none, by which loads may vary
-        over the width.
-        """
+        """The gear set at all misalignments, without the leads that are sought."""
         if not self.leads:
             return self.cases.gear_sets
         ranges = lead_ranges(self.role, self.leads, 1.0, 1.0)
         edits: dict[str, Any] = {}
         for i, mesh in self._meshes():
-            one, other = sought_leads(mesh.flanks, ranges, [])
-            one = replace(one, crowning=one.crowning + TINY_CROWNING)
-            edits |= lead_edits(i + 1, (one, other), mesh.misalignment)
+            leads = sought_leads(mesh.flanks, ranges, [])
+            edits |= lead_edits(i + 1, leads, mesh.misalignment)
         return self.changed(edits).gear_sets
 
     def _meshes(self) -> list[tuple[int, Mesh]]:

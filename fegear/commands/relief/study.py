@@ -140,6 +140,8 @@ def _parsed_weights(text: str) -> tuple[tuple[Objective, float], ...]:
         if not 0.0 < weight < MAX_WEIGHT:
             raise ValueError(f"weights must be above 0 and below {MAX_WEIGHT:g}")
         pairs.append((cast("Objective", name), weight))
+    if len(dict(pairs)) < len(pairs):
+        raise ValueError("must have each objective once")
     return tuple(pairs)
 
 
@@ -148,13 +150,21 @@ def _written_weights(weights: tuple[tuple[Objective, float], ...]) -> str:
 
 
 def _parsed_misalignments(text: str) -> tuple[float, ...]:
-    ends = text.split(":")
-    if len(ends) == 2:
-        low, high = (float(end) for end in ends)
-        return low, 0.5 * (low + high), high
-    if len(ends) == 1:
-        return tuple(float(part) for part in text.split(","))
-    return parsed_speeds(text, name="misalignments")
+    if text.count(":") == 2:
+        return parsed_speeds(text, name="misalignments")
+    separator = ":" if ":" in text else ","
+    try:
+        values = [float(part) for part in text.split(separator)]
+    except ValueError:
+        values = [math.nan]
+    is_range = separator == ":"
+    if not all(map(math.isfinite, values)) or (is_range and values[0] >= values[-1]):
+        raise ValueError("must be A:B with A below B, A:B:STEP, or numbers with commas")
+    if len(set(values)) < len(values):
+        raise ValueError("must have each misalignment once")
+    if is_range:
+        values.insert(1, 0.5 * sum(values))
+    return tuple(values)
 
 
 def _written_orders(orders: tuple[int, ...]) -> str:
@@ -360,10 +370,10 @@ class ReliefDesign(
                     "width, of gears that are helical, crowned or misaligned, or "
                     f"{display_name(self, 'lead')}"
                 )
-        if self.compromises and (self.also or len(mesh.gear_sets) > 1):
+        if self.compromises and (self.also or self.lead or len(mesh.gear_sets) > 1):
             raise InputError(
                 f"compromises = {self.compromises}; are those of the peak to peak at "
-                "one misalignment, without further objectives"
+                "one misalignment, of reliefs alone and without further objectives"
             )
 
     def _sought_mesh(self, index: int) -> SoughtMesh:

@@ -7,6 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fegear.gearset.modifications import FlankLead
 from lumped.common.array_types import Array
 from lumped.common.short_repr import ShortRepr
 
@@ -32,9 +33,13 @@ class PlaneContact(ShortRepr):
         return 0.0, 0.0
 
     @property
-    def gap(self) -> Array:
-        """None, in one slice."""
+    def places(self) -> Array:
+        """The middle of the width, that of one slice (1,) [m]."""
         return np.zeros(1)
+
+    def gap_with(self, _leads: tuple[FlankLead | None, ...], place: Array) -> Array:
+        """No gap at places (p,) over the width [m]."""
+        return np.zeros_like(place)
 
     @property
     def of_back_flanks(self) -> PlaneContact:

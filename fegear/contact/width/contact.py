@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from fegear.elasticity.wide_flank import WideFlank
+from fegear.gearset.modifications import FlankLead
 from lumped.common.array_types import Array
 from lumped.common.short_repr import ShortRepr
 
@@ -75,6 +76,14 @@ class WidthContact(ShortRepr):
         index = first.astype(np.int64)
         part = (place - self.places[index]) / step
         return np.asarray((1.0 - part) * self.gap[index] + part * self.gap[index + 1])
+
+    def gap_with(self, leads: tuple[FlankLead | None, ...], place: Array) -> Array:
+        """Gap at places (p,) with the leads of driver and driven gear [m]."""
+        gap = self.gap_at(place)
+        for lead, offset, width in zip(leads, self.offsets, self.widths, strict=True):
+            if lead is not None:
+                gap = gap + lead.depth(place + offset, width)
+        return gap
 
     @property
     def mirrored(self) -> WidthContact:

@@ -143,13 +143,7 @@ class FaceSolver:
 
         place : (p,) from the middle of the common width [m]
         """
-        face, gap = self.face, self.face.gap_at(place)
-        for flank, offset, width in zip(
-            self.problem.flanks, face.offsets, face.widths, strict=True
-        ):
-            if flank.lead is not None:
-                gap = gap + flank.lead.depth(place + offset, width)
-        return gap
+        return self.face.gap_with(self.problem.leads, place)
 
     def _parts_of_slices(
         self, middle: Array, slope: float

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from cli_commands import refused
 from scipy.optimize import minimize
 from sliced_pairs import WIDTH, problem, slope
 from wide_sets import HELICAL
@@ -25,6 +26,7 @@ from fegear.commands.relief.relief_problem import (
     lead_ranges,
     relief_ranges,
 )
+from fegear.commands.relief.study import _parsed_misalignments
 from fegear.contact.width.contact import slice_places
 from fegear.files.errors import InputError
 from fegear.files.toml import toml_text
@@ -244,6 +246,25 @@ REFUSED = [
     ({"lead": ("slope",)}, "plane = stress; must be width"),
     ({"compromises": 3, "also": (("mean", 1.0),)}, "compromises = 3; are those of"),
 ]
+WORDS = [
+    ("--misalignment-um=a:b", "must be A:B with A below B"),
+    ("--misalignment-um=5:-5", "must be A:B with A below B"),
+    ("--misalignment-um=nan", "must be A:B with A below B"),
+    ("--misalignment-um=1,1", "must have each misalignment once"),
+    ("--also=mean=1,mean=2", "must have each objective once"),
+    ("--also=mean=0", "weights must be above 0"),
+    ("--lead=slope,slope", "must be crowning, slope, end_relief, each once"),
+]
+
+
+@pytest.mark.parametrize(("word", "message"), WORDS)
+def test_words_that_are_refused(capsys, word, message):
+    assert message in refused(capsys, "relief", "liu-pair", word)
+
+
+def test_a_range_has_its_middle():
+    assert _parsed_misalignments("-15:5") == (-15.0, -5.0, 5.0)
+    assert _parsed_misalignments("3,-1") == (3.0, -1.0)
 
 
 @pytest.mark.parametrize(("settings", "message"), REFUSED)
