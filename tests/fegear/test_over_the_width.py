@@ -181,7 +181,6 @@ def test_what_is_not_known_is_refused_before_it_is_solved():
     for study in (
         fegear.Dynamics(gear_set=gears, speeds=(1000.0,)),
         fegear.FlankWear(gear_set=gears),
-        fegear.Tolerances(gear_set=gears),
     ):
         with pytest.raises(InputError, match='"one" and "two" are helical; allowed'):
             fegear.run(study)
