@@ -92,16 +92,18 @@ class SolvedCases:
         }
 
 
-def compared_rows(before: SolvedCases, after: SolvedCases) -> list[dict[str, Any]]:
+def compared_rows(
+    before: SolvedCases, after: SolvedCases, misaligned: bool
+) -> list[dict[str, Any]]:
     """Rows of the same cases before and after, side by side.
 
-    With misalignments where there are several, and with what there is over the width
-    before as well as after.
+    With what there is over the width before as well as after.
+
+    misaligned : whether misalignments are those of the command, not of the gear set
     """
     torques = before.cycles[0].torque.tolist()
-    several = len(before.cycles) > 1
     rows: list[dict[str, Any]] = [
-        {"torque_Nm": torque} | ({"misalignment_um": gap} if several else {})
+        {"torque_Nm": torque} | ({"misalignment_um": gap} if misaligned else {})
         for gap in before.misalignments_um
         for torque in torques
     ]

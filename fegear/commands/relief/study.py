@@ -41,7 +41,6 @@ from fegear.commands.relief.vibration import VibrationBest, VibrationSearch
 from fegear.contact.plane.contact import PlaneContact
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
-from fegear.files.speed_ranges import parsed_speeds
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.motion_warnings import motion_warnings
@@ -90,6 +89,8 @@ Goal = Literal[
 SHOWN_TORQUES, SHOWN_OVER_WIDTH = 41, 7  # of the figure
 MAX_OVER_ERROR = 2.0  # default largest relief over the largest transmission error
 MAX_ORDER, MAX_WEIGHT = 64, 1e6
+MAX_MISALIGNMENTS, STEP_RTOL = 100, 1e-9
+MISALIGNMENTS = "must be A:B with A below B, A:B:STEP, or numbers with commas"
 FEW_POSITIONS = 16  # of a first search
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
@@ -150,20 +151,27 @@ def _written_weights(weights: tuple[tuple[Objective, float], ...]) -> str:
 
 
 def _parsed_misalignments(text: str) -> tuple[float, ...]:
-    if text.count(":") == 2:
-        return parsed_speeds(text, name="misalignments")
     separator = ":" if ":" in text else ","
     try:
         values = [float(part) for part in text.split(separator)]
     except ValueError:
         values = [math.nan]
-    is_range = separator == ":"
-    if not all(map(math.isfinite, values)) or (is_range and values[0] >= values[-1]):
-        raise ValueError("must be A:B with A below B, A:B:STEP, or numbers with commas")
+    is_finite = all(map(math.isfinite, values))
+    if separator == ":":
+        if not is_finite or len(values) > 3 or values[0] >= values[1]:
+            raise ValueError(MISALIGNMENTS)
+        low, high, *steps = values
+        step = steps[0] if steps else 0.5 * (high - low)
+        if step <= 0.0 or (high - low) / step > MAX_MISALIGNMENTS:
+            raise ValueError(
+                f"STEP must be above 0 and lead to at most {MAX_MISALIGNMENTS} steps"
+            )
+        count = math.floor((high - low) / step * (1.0 + STEP_RTOL)) + 1
+        return tuple(low + i * step for i in range(count))
+    if not is_finite:
+        raise ValueError(MISALIGNMENTS)
     if len(set(values)) < len(values):
         raise ValueError("must have each misalignment once")
-    if is_range:
-        values.insert(1, 0.5 * sum(values))
     return tuple(values)
 
 
@@ -370,7 +378,8 @@ class ReliefDesign(
                     "width, of gears that are helical, crowned or misaligned, or "
                     f"{display_name(self, 'lead')}"
                 )
-        if self.compromises and (self.also or self.lead or len(mesh.gear_sets) > 1):
+        others = over_width or self.also or self.lead or len(mesh.gear_sets) > 1
+        if self.compromises and others:
             raise InputError(
                 f"compromises = {self.compromises}; are those of the peak to peak at "
                 "one misalignment, of reliefs alone and without further objectives"
@@ -434,9 +443,11 @@ class ReliefDesign(
             objective=objective,
             before=before.objective(objective) / objective.unit,
             after=after.objective(objective) / objective.unit,
-            rows=compared_rows(before, after),
+            rows=compared_rows(before, after, bool(self.misalignment_um)),
             shown=compared_rows(
-                cases.solved(shown_torques), changed.solved(shown_torques)
+                cases.solved(shown_torques),
+                changed.solved(shown_torques),
+                bool(self.misalignment_um),
             ),
             evaluations=evaluations,
             left_out=left_out_features(sought, rows),
@@ -448,9 +459,16 @@ class ReliefDesign(
             front=list(front[0]),
             tolerance=self._tolerance(problem, design, objective),
             warnings=self._warnings(changed, torques, vibration is None),
-            tables=load_tables(self.gear_set.name, self.gear_set.overrides | edits),
+            tables=self._tables(edits, after),
             complete=complete,
         )
+
+    def _tables(self, edits: dict[str, Any], after: SolvedCases) -> dict[str, Any]:
+        """Tables of the gear set with a design, in a plane that can be solved."""
+        tables = load_tables(self.gear_set.name, self.gear_set.overrides | edits)
+        if after.vary_over_width and "plane" in tables:
+            tables["plane"] = "width"
+        return tables
 
     def _warnings(
         self, changed: Cases, torques: tuple[float, ...], is_static: bool

@@ -236,6 +236,10 @@ def test_spur_gears_have_leads_where_they_are_sought():
     result = fegear.run(study)
     (lead,) = result.summary["leads"]
     assert lead["size_um"] == pytest.approx(-5.0, abs=0.01)
+    # one misalignment is shown, as the gear set keeps its own
+    assert [row["misalignment_um"] for row in result.rows] == [8.0]
+    # a plane in which the written gear set can be solved
+    assert result.tables["plane"] == "width"
     (warning,) = (text for text in result.summary["warnings"] if "W37" in text)
     assert "driver_lead.slope: the depth ends at the largest allowed, 5 um" in warning
 
@@ -252,9 +256,42 @@ WORDS = [
     ("--misalignment-um=nan", "must be A:B with A below B"),
     ("--misalignment-um=1,1", "must have each misalignment once"),
     ("--also=mean=1,mean=2", "must have each objective once"),
+    ("--misalignment-um=0:5:0", "STEP must be above 0"),
     ("--also=mean=0", "weights must be above 0"),
     ("--lead=slope,slope", "must be crowning, slope, end_relief, each once"),
 ]
+
+
+def test_an_aligned_pair_in_a_range_is_in_slices_as_the_others(tmp_path):
+    """So that what is before and after is of one kind, and K_Hbeta is shown."""
+    study = fegear.ReliefDesign(
+        gear_set=GearSetRef(name="liu-pair"),
+        torque=(100.0,),
+        misalignment_um=(-4.0, 0.0, 4.0),
+        tip=False,
+        lead=("crowning",),
+        objective="distribution",
+        starts=1,
+        elements=replace(COARSE, plane="width"),
+    )
+    result = fegear.run(study)
+    assert result.after < result.before
+    before = [row["load_distribution_factor_before"] for row in result.rows]
+    assert max(before) == pytest.approx(result.before)
+    assert before[0] == pytest.approx(before[2], rel=1e-3)
+    assert before[1] < before[0]
+
+
+def test_compromises_are_of_the_peak_to_peak(helical):
+    study = fegear.ReliefDesign(
+        gear_set=GearSetRef(name=str(helical)),
+        torque=(60.0, 120.0),
+        compromises=3,
+        objective="distribution",
+        elements=COARSE,
+    )
+    with pytest.raises(InputError, match="compromises = 3; are those of the peak"):
+        fegear.run(study)
 
 
 @pytest.mark.parametrize(("word", "message"), WORDS)
@@ -265,6 +302,7 @@ def test_words_that_are_refused(capsys, word, message):
 def test_a_range_has_its_middle():
     assert _parsed_misalignments("-15:5") == (-15.0, -5.0, 5.0)
     assert _parsed_misalignments("3,-1") == (3.0, -1.0)
+    assert _parsed_misalignments("-15:15:10") == (-15.0, -5.0, 5.0, 15.0)
 
 
 @pytest.mark.parametrize(("settings", "message"), REFUSED)
