@@ -25,7 +25,6 @@ from fegear.rendering.labels import (
 from fegear.rendering.look import (
     BODY,
     COLOURS,
-    HEADER,
     INK,
     MARGIN,
     RIBBON_COLOUR,
@@ -34,6 +33,7 @@ from fegear.rendering.look import (
     mesh_forces,
     ribbon_of,
 )
+from fegear.rendering.panes import panes, screenshot
 from lumped.common.array_types import Array
 
 if TYPE_CHECKING:
@@ -90,33 +90,14 @@ def draw(
     size: tuple[int, int] = SIZE,
 ) -> NDArray[np.uint8]:
     """The picture (height, width, 3) of one position."""
-    import pyvista
-
-    layout: dict[str, Any] = {
-        "shape": (2, 2),
-        "row_weights": [HEADER, 1.0 - HEADER],
-        "col_weights": [1.0 - MARGIN, MARGIN],
-        "groups": [(0, slice(None))],
-    }
-    plotter: Any = pyvista.Plotter(
-        off_screen=True,
-        window_size=list(size),
-        border=False,
-        lighting="none",
-        **layout,
-    )
-    try:
-        plotter.set_background("white")
+    with panes(size, [1.0 - MARGIN, MARGIN]) as plotter:
         plotter.subplot(1, 0)
         mapper = _draw_picture(plotter, field, look, size)
         plotter.subplot(1, 1)
         draw_bar(plotter, mapper, legend(look), size)
         plotter.subplot(0, 0)
         draw_title(plotter, title, details(field, look), size)
-        image = plotter.screenshot(None, return_img=True)
-    finally:
-        plotter.close()
-    return np.asarray(image, np.uint8)[..., :3]
+        return screenshot(plotter)
 
 
 def _draw_picture(

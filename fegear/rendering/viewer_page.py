@@ -42,14 +42,16 @@ def filled_page(
     template: str, title: str, details: str, table: str, data: dict[str, Any]
 ) -> str:
     """A template of this folder with its texts, a table of HTML, and its data."""
+    folder = Path(__file__).parent
     replacements = {
+        "@STYLE@": (folder / "viewer.css").read_text("utf-8"),
         "@TITLE@": escape(title),
         "@DETAILS@": escape(details),
         "@TABLE@": table,
         # "</script>" within a text would end the data
         "@DATA@": json.dumps(data).replace("<", "\\u003c"),
     }
-    text = Path(__file__).with_name(template).read_text("utf-8")
+    text = (folder / template).read_text("utf-8")
     # in one pass: what is put in is not searched for marks
     return re.sub("|".join(replacements), lambda mark: replacements[mark[0]], text)
 

@@ -21,7 +21,8 @@ from fegear.rendering.flank_surfaces import (
     tooth_surface,
 )
 from fegear.rendering.labels import draw_bar, draw_label, draw_title, scaled
-from fegear.rendering.look import BODY, COLOURS, HEADER, INK, MARGIN
+from fegear.rendering.look import BODY, COLOURS, INK, MARGIN
+from fegear.rendering.panes import panes, screenshot
 from fegear.rendering.width_contact import PairLoad, WidthMoment, pair_number
 from fegear.rendering.width_look import (
     EDGE_COLOUR,
@@ -49,24 +50,8 @@ def draw_over_width(
     moment: WidthMoment, style: WidthStyle, title: str, size: tuple[int, int]
 ) -> NDArray[np.uint8]:
     """The picture (height, width, 3) of one position."""
-    import pyvista
-
     side = (1.0 - MARGIN) / VIEWS
-    layout: dict[str, Any] = {
-        "shape": (2, VIEWS + 1),
-        "row_weights": [HEADER, 1.0 - HEADER],
-        "col_weights": [side, side, MARGIN],
-        "groups": [(0, slice(None))],
-    }
-    plotter: Any = pyvista.Plotter(
-        off_screen=True,
-        window_size=list(size),
-        border=False,
-        lighting="none",
-        **layout,
-    )
-    try:
-        plotter.set_background("white")
+    with panes(size, [*VIEWS * [side], MARGIN]) as plotter:
         for gear in range(VIEWS):
             plotter.subplot(1, gear)
             mapper = _draw_view(plotter, moment, style, gear, size)
@@ -74,10 +59,7 @@ def draw_over_width(
         draw_bar(plotter, mapper, legend_of(moment), size)
         plotter.subplot(0, 0)
         draw_title(plotter, title, details_of(moment, style), size)
-        image = plotter.screenshot(None, return_img=True)
-    finally:
-        plotter.close()
-    return np.asarray(image, np.uint8)[..., :3]
+        return screenshot(plotter)
 
 
 def _draw_view(
