@@ -12,6 +12,7 @@ from fegear.commands.relief.objective import ReliefObjective, peak_to_peak
 from fegear.commands.relief.quantities import SCALES, Quantity, no_slopes, responses
 from fegear.contact.result import ContactCycle
 from fegear.gearset.model import GearSet
+from fegear.statics.mesh_result import StaticsResult
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import mesh_statics
 from lumped.common.array_types import Array
@@ -38,22 +39,29 @@ class Cases:
     index: int
     settings: StaticsSettings
 
-    def solved(self, torques: Sequence[float]) -> SolvedCases:
-        quick = replace(self.settings, estimate_error=False)
-        cycles = tuple(
-            mesh_statics(gears, self.index, torques, quick).cycle
+    def solved(
+        self, torques: Sequence[float], estimate_error: bool = False
+    ) -> SolvedCases:
+        """All cases; estimate_error : whether tables know their errors."""
+        settings = replace(self.settings, estimate_error=estimate_error)
+        results = tuple(
+            mesh_statics(gears, self.index, torques, settings)
             for gears in self.gear_sets
         )
-        return SolvedCases(cycles, self.misalignments_um, quick.positions)
+        return SolvedCases(results, self.misalignments_um, settings.positions)
 
 
 @dataclass(frozen=True)
 class SolvedCases:
-    """Cycles of cases; positions : of a base pitch."""
+    """Solutions of cases; positions : of a base pitch."""
 
-    cycles: tuple[ContactCycle, ...]
+    results: tuple[StaticsResult, ...]
     misalignments_um: tuple[float, ...]
     positions: int
+
+    @property
+    def cycles(self) -> list[ContactCycle]:
+        return [result.cycle for result in self.results]
 
     @property
     def vary_over_width(self) -> bool:

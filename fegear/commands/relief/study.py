@@ -49,7 +49,6 @@ from fegear.gearset.read import load_tables
 from fegear.statics.contact_problem import require_solvable
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.settings import StaticsSettings
-from fegear.statics.solving import mesh_statics
 from fegear.statics.table_warnings import table_warnings
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import (
@@ -429,11 +428,12 @@ class ReliefDesign(
         rows = design_rows(problem, design, objective)
         edits = mesh.keys(sought, rows)
         changed = mesh.changed(edits)
-        after = changed.solved(torques)
-        shown_torques = torques
+        after = changed.solved(torques, self.elements.estimate_error)
+        shown = before, after
         if len(torques) > 1:
             count = SHOWN_OVER_WIDTH if after.vary_over_width else SHOWN_TORQUES
             shown_torques = tuple(np.linspace(min(torques), max(torques), count))
+            shown = cases.solved(shown_torques), changed.solved(shown_torques)
         return ReliefResult(
             study=self,
             gear_set=gears.name,
@@ -444,11 +444,7 @@ class ReliefDesign(
             before=before.objective(objective) / objective.unit,
             after=after.objective(objective) / objective.unit,
             rows=compared_rows(before, after, bool(self.misalignment_um)),
-            shown=compared_rows(
-                cases.solved(shown_torques),
-                changed.solved(shown_torques),
-                bool(self.misalignment_um),
-            ),
+            shown=compared_rows(*shown, bool(self.misalignment_um)),
             evaluations=evaluations,
             left_out=left_out_features(sought, rows),
             max_magnitude_um=problem.max_magnitude / UM,
@@ -458,7 +454,7 @@ class ReliefDesign(
             vibration=vibration_entries(vibration),
             front=list(front[0]),
             tolerance=self._tolerance(problem, design, objective),
-            warnings=self._warnings(changed, torques, vibration is None),
+            warnings=self._warnings(changed, after, vibration is None),
             tables=self._tables(edits, after),
             complete=complete,
         )
@@ -471,13 +467,12 @@ class ReliefDesign(
         return tables
 
     def _warnings(
-        self, changed: Cases, torques: tuple[float, ...], is_static: bool
+        self, changed: Cases, after: SolvedCases, is_static: bool
     ) -> list[str]:
         """Warnings of the gear set with its reliefs, and of its solutions."""
         of_set = gear_set_warnings if is_static else motion_warnings
         warnings = list(of_set(changed.gear_sets[0]))
-        for gears in changed.gear_sets:
-            solved = mesh_statics(gears, changed.index, torques, changed.settings)
+        for solved in after.results:
             warnings += [w for w in table_warnings(solved) if w not in warnings]
         return warnings
 
