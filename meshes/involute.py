@@ -62,7 +62,10 @@ class Involute:
 
     @property
     def base_helix_angle(self) -> float:
-        """Helix angle on the base cylinder, right-handed positive [rad]."""
+        """Helix angle on the base cylinder, right-handed positive [rad].
+
+        Positive left-handed on an internal gear, whose base radius is negative.
+        """
         return math.atan(self.twist * self.base_radius)
 
     @property

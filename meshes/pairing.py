@@ -160,7 +160,7 @@ def require_common_pitch(pair: GearPair) -> None:
 
 def require_common_helix(pair: GearPair) -> None:
     one, two = pair.driver.base_helix_angle, pair.driven.base_helix_angle
-    if abs(one + pair.sign * two) > COMMON_ATOL:
+    if abs(one + two) > COMMON_ATOL:
         angles = f"{math.degrees(one):.9g} and {math.degrees(two):.9g} deg"
         raise GeometryError(
             "gears", f"base helix angles {angles}; they must be opposite"

@@ -1,7 +1,11 @@
-"""A small spur or helical pair whose contact is in slices of the face width."""
+"""Small spur and helical pairs whose contact is in slices of the face width.
+
+One of the gears may be internal.
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import cache
 
@@ -14,16 +18,21 @@ from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.wide_flank import wide_flank, width_modes
 from meshes import GearPair, MeshSize
+from meshes.helical import HelicalInternalGear
+from meshes.internal import InternalGear
 
 STEEL = PlaneMaterial(206e9, 0.3, "strain")
 COARSE = MeshSize().refined(0.5)
 WIDTH, TORQUE = 20e-3, 100.0
 DEGREE, MESH = 4, MeshSize().refined(0.25)  # coarse
 TEETH, HUBS = (25, 36), (15e-3, 20e-3)
+RING_TEETH = 61
 
 
 @cache
-def gears(helix_angle_deg):
+def gears(helix_angle_deg, with_ring=False):
+    if with_ring:
+        return gears(helix_angle_deg)[0], ring_of(gears(helix_angle_deg)[0])
     if helix_angle_deg == 0.0:
         return tuple(map(make_gear, TEETH, HUBS))
     return tuple(
@@ -32,8 +41,28 @@ def gears(helix_angle_deg):
     )
 
 
+def ring_of(pinion):
+    """An internal gear that a pinion fits into."""
+    module = pinion.module
+    sizes = {
+        "teeth": RING_TEETH,
+        "module": module,
+        "pressure_angle": pinion.pressure_angle,
+        "profile_shift": 0.0,
+        "tip_radius": (-0.5 * RING_TEETH + 0.7) * module,
+        "dedendum": 1.2 * module,
+        "rack_tip_radius": 0.2 * module,
+        "hub_radius": (-0.5 * RING_TEETH - 4.0) * module,
+        "cutter_teeth": 25,
+    }
+    if not pinion.twist:
+        return InternalGear(**sizes)
+    angle = math.atan(pinion.twist * pinion.reference_radius)
+    return HelicalInternalGear(**sizes, helix_angle=-angle)
+
+
 @cache
-def wide_flanks(helix_angle_deg):
+def wide_flanks(helix_angle_deg, with_ring=False):
     material = replace(STEEL, plane="width", width=WIDTH)
     return tuple(
         wide_flank(
@@ -42,18 +71,22 @@ def wide_flanks(helix_angle_deg):
             width_modes(gear, material, DEGREE, MESH),
             WIDTH,
         )
-        for gear in gears(helix_angle_deg)
+        for gear in gears(helix_angle_deg, with_ring)
     )
 
 
-def problem(helix_angle_deg=0.0, gap=None, slices=16, width=WIDTH, **changes):
-    pair = gears(helix_angle_deg)
-    distance = sum(gear.reference_radius for gear in pair)
+def problem(
+    helix_angle_deg=0.0, gap=None, slices=16, width=WIDTH, ring=None, **changes
+):
+    """ring : "driven" or "driver" for a pair with an internal gear."""
+    turned = slice(None, None, -1 if ring == "driver" else 1)
+    pair = gears(helix_angle_deg, ring is not None)[turned]
+    distance = abs(sum(gear.reference_radius for gear in pair))
     flanks = [
         ContactFlank(compliance=cached_flank_compliance(gear, STEEL, COARSE))
         for gear in pair
     ]
-    wide = wide_flanks(helix_angle_deg)
+    wide = wide_flanks(helix_angle_deg, ring is not None)[turned]
     gap = np.zeros(slices) if gap is None else gap(slice_places(width, slices))
     face = WidthContact(
         driver=wide[0], driven=wide[1], width=width, gap=gap, back_gap=gap

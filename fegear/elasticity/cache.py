@@ -59,7 +59,7 @@ from fegear.files.kept import (
 from lumped.common.checks import require_present
 from meshes import MeshSize, SpurGear
 from meshes.crack import Crack
-from meshes.helical import HelicalGear
+from meshes.helical import HelicalGear, HelicalInternalGear
 
 Arrays = dict[str, NDArray[Any]]
 ARRAYS = "arrays.npz"
@@ -262,7 +262,7 @@ def _width_of(material: PlaneMaterial) -> float:
 
 def _right_handed(gear: SpurGear) -> SpurGear:
     """The gear, or one with the helix in the other direction if it is left-handed."""
-    if isinstance(gear, HelicalGear) and gear.helix_angle < 0.0:
+    if isinstance(gear, HelicalGear | HelicalInternalGear) and gear.twist < 0.0:
         return replace(gear, helix_angle=-gear.helix_angle)
     return gear
 

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from fegear.files.errors import InputError
 from fegear.gearset.problems import shown
-from fegear.gearset.schema import Document, Hand
+from fegear.gearset.schema import Document, GearEntry, Hand
 from meshes import SpurGear
 
 SIGNS: dict[Hand, int] = {"right": 1, "left": -1}
+NAMES: dict[int, Hand] = {sign: hand for hand, sign in SIGNS.items()}
 
 
 def hands(document: Document) -> list[int]:
     """1 for each gear with a right-handed helix, -1 for a left-handed one.
 
-    Gears in mesh have opposite hands. Where none is given, that of the first gear that
-    is linked by meshes is right.
+    Gears in mesh have opposite hands, an internal gear that of its mates. Where none is
+    given, that of the first gear that is linked by meshes is right.
 
     Raises InputError where helices of two gears in mesh do not fit.
     """
@@ -34,14 +35,20 @@ def hands(document: Document) -> list[int]:
                 f'"{two.name}"; must be {shown(one.helix_angle_deg)}, that of its mate '
                 f'"{one.name}"'
             )
-        if one.helix_angle_deg and signs[one.name] == signs[two.name]:
-            hand = "right" if signs[two.name] > 0 else "left"
-            other = "left" if signs[two.name] > 0 else "right"
+        fitting = signs[one.name] * hand_ratio(one, two)
+        if one.helix_angle_deg and signs[two.name] != fitting:
             raise InputError(
-                f'{mesh.label}: hand = "{hand}" of gear "{two.name}"; must be '
-                f'"{other}", as its mate "{one.name}" is {hand}-handed'
+                f'{mesh.label}: hand = "{NAMES[-fitting]}" of gear "{two.name}"; must '
+                f'be "{NAMES[fitting]}", as its mate "{one.name}" is '
+                f"{NAMES[signs[one.name]]}-handed"
+                f"{' and one of them internal' if one.internal or two.internal else ''}"
             )
     return [signs[name] for name in gears]
+
+
+def hand_ratio(one: GearEntry, two: GearEntry) -> int:
+    """-1 where gears in mesh have opposite hands, 1 where one is internal."""
+    return 1 if one.internal or two.internal else -1
 
 
 def hand(teeth: SpurGear) -> Hand | None:
@@ -54,7 +61,7 @@ def hand(teeth: SpurGear) -> Hand | None:
 def hand_inferences(document: Document) -> list[str]:
     """A sentence for each helical gear whose hand is not given."""
     return [
-        f'gear "{gear.name}": hand = "{"right" if sign > 0 else "left"}", '
+        f'gear "{gear.name}": hand = "{NAMES[sign]}", '
         f"{_hand_origin(document, gear.name)}"
         for gear, sign in zip(document.gear, hands(document), strict=True)
         if gear.helix_angle_deg and gear.hand is None
@@ -74,7 +81,9 @@ def _hand_origin(document: Document, name: str) -> str:
     }
     named = [f'"{gear.name}"' for gear in gears if gear.name in mates]
     noun = "mate" if len(named) == 1 else "mates"
-    return f"opposite to that of its {noun} {', '.join(named)}"
+    near = [gear for gear in gears if gear.name in mates or gear.name == name]
+    relation = "as fits" if any(gear.internal for gear in near) else "opposite to"
+    return f"{relation} that of its {noun} {', '.join(named)}"
 
 
 def _linked(document: Document, name: str) -> set[str]:
@@ -92,10 +101,11 @@ def _linked(document: Document, name: str) -> set[str]:
 
 
 def _follow(document: Document, signs: dict[str, int]) -> None:
-    """Give gears the hand opposite to that of a mate whose hand is known."""
+    """Give gears the hand that fits that of a mate whose hand is known."""
+    gears = {gear.name: gear for gear in document.gear}
     for _ in document.gear:
         for mesh in document.mesh:
             pair = mesh.driver, mesh.driven
             for one, two in (pair, pair[::-1]):
-                if one in signs and two not in signs:
-                    signs[two] = -signs[one]
+                if one in signs and two not in signs and {one, two} <= gears.keys():
+                    signs[two] = signs[one] * hand_ratio(gears[one], gears[two])

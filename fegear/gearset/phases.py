@@ -24,7 +24,8 @@ middle of the gear's own width; helical teeth are there
 
 base pitches further, z from the middle of the gear to that of the common width, with
 sigma, base radius and twist of the mesh's driver: p is larger by that in the equations
-above. A positive twist is right-handed, and gears are seen from the end z = -b / 2.
+above. Of an internal driver both sigma and r_b are negative where it turns
+counter-clockwise. A positive twist is right-handed, and gears are seen from the end z = -b / 2.
 
 Angles in radians, counter-clockwise from the x axis.
 """
@@ -224,7 +225,7 @@ def _lead(gear_set: GearSet, number: int, gear: int) -> float:
         return 0.0
     middle = gear_set.width_middles(number)[mesh.gears.index(gear)]
     lead = driver.base_radius * driver.twist * middle / driver.base_pitch
-    return gear_set.senses[mesh.driver] * lead
+    return rolling_sense(mesh, mesh.driver, gear_set.senses[mesh.driver]) * lead
 
 
 def _tooth_axis_in_mesh(mesh: Mesh, gear: int, sense: int) -> float:

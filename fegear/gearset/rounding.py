@@ -94,7 +94,7 @@ def _moved(blank: Blank, key: str, step: float) -> Blank:
         entry = entry.with_rack_value(key, entry.rack_value(key) + step)
     else:
         entry = entry.model_copy(update={key: getattr(entry, key) + step})
-    return blank_of(entry, -1 if blank.helix_angle < 0.0 else 1)
+    return blank_of(entry, -1 if blank.twist < 0.0 else 1)
 
 
 def _backlash(mesh: MeshEntry, one: Blank, two: Blank) -> float:

@@ -237,8 +237,9 @@ class GearDefaults(Keys):
     )
     rack_tip_radius_mm: Length | None = Field(
         default=None,
-        description="Radius of the rack's tip, which cuts the fillet. [default: 0.3 "
-        "module or, if less, what fits the space]",
+        description="Radius of the rack's tip, which cuts the fillet; of an internal "
+        "gear that of the shaper cutter, across the axis. [default: 0.3 module or, if "
+        "less, what fits the space]",
     )
     cutter_teeth: Teeth | None = Field(
         default=None,
@@ -364,8 +365,8 @@ class GearEntry(GearDefaults):
     )
     hand: Hand | None = Field(
         default=None,
-        description="Hand of the helix. [default: that of its mates reversed, right "
-        "of the first gear]",
+        description="Hand of the helix. [default: that of its mates reversed, of an "
+        "internal gear that of its mates, right of the first gear]",
     )
     teeth: Teeth
     face_width_mm: FaceWidth
@@ -394,11 +395,6 @@ class GearEntry(GearDefaults):
             if self.hand is not None:
                 raise ValueError(f'hand = "{self.hand}"; helix_angle_deg is needed')
             return self
-        if self.internal:
-            raise ValueError(
-                f"helix_angle_deg = {self.helix_angle_deg:g}; must be 0 of an internal "
-                "gear"
-            )
         return self
 
     @model_validator(mode="after")

@@ -22,7 +22,7 @@ from fegear.gearset.thickness import (
 from lumped.common.checks import require_present
 from lumped.common.units import MM, UM
 from meshes.gear import Bound, GeometryError, SpurGear
-from meshes.helical import HelicalGear
+from meshes.helical import HelicalGear, HelicalInternalGear
 from meshes.internal import MIN_CUTTER_TEETH, Foundation, InternalGear
 from meshes.involute import Involute, involute
 from meshes.shaper import ShaperCutter, ThickTooth, shaper_cutter
@@ -71,7 +71,8 @@ class Blank(Involute):
 
     Module and pressure angle are those of the section across the axis.
 
-    helix_angle : on the reference cylinder, right-handed positive
+    helix_angle : on the reference cylinder, right-handed positive, of an internal gear
+        left-handed
     """
 
     entry: GearEntry
@@ -230,9 +231,10 @@ class Blank(Involute):
 
     def _gear(self, sizes: dict[str, Any]) -> SpurGear:
         if self.entry.internal:
-            return InternalGear(
-                **sizes, cutter_teeth=self.cutter_teeth, foundation=self.foundation
-            )
+            sizes |= {"cutter_teeth": self.cutter_teeth, "foundation": self.foundation}
+            if self.helix_angle:
+                return HelicalInternalGear(**sizes, helix_angle=self.helix_angle)
+            return InternalGear(**sizes)
         if self.helix_angle:
             return HelicalGear(**sizes, helix_angle=self.helix_angle)
         return SpurGear(**sizes)
@@ -321,5 +323,5 @@ def blank_of(entry: GearEntry, hand: int = 1) -> Blank:
         module=module_across(module_key, entry.rack_value(module_key), helix),
         pressure_angle=angle_across(angle_key, entry.rack_value(angle_key), helix),
         entry=entry,
-        helix_angle=hand * helix,
+        helix_angle=hand * helix * (-1 if entry.internal else 1),
     )

@@ -23,6 +23,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.leads import misaligned_gap
 from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.phases import rolling_senses
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.schema import mesh_label
 from fegear.statics.mesh_faults import faulty_sides
@@ -153,7 +154,7 @@ def _along_width(
         offsets=gear_set.width_middles(mesh),
     )
     # the solver's driver turns counter-clockwise
-    turns_back = gear_set.senses[spec.driver] < 0
+    turns_back = rolling_senses(gear_set)[spec.driver] < 0
     return _Elasticity(
         materials, compliances, solver.mirrored if turns_back else solver
     )
@@ -225,5 +226,3 @@ def _require_known(gear_set: GearSet, mesh: int, settings: StaticsSettings) -> N
         raise InputError(f"{where}: body = {settings.body}; must be held, it has {has}")
     if any(gear.faults.any for gear in gears):
         raise InputError(f"{where}: faults are not known of {has}")
-    if any(gear.geometry.sign < 0 for gear in gears):
-        raise InputError(f"{where}: internal gears are not known with {has}")

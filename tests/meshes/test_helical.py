@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from conftest import make_gear, make_helical
 from scipy.optimize import minimize_scalar
+from sliced_pairs import ring_of
 
 from meshes import GearPair, GeometryError
 from meshes.gear import fillet_at
@@ -93,3 +94,17 @@ def test_helices_of_a_pair_are_opposite(helix_angle_deg):
     distance = 1.01 * (driver.reference_radius + driven.reference_radius)
     with pytest.raises(GeometryError, match="they must be opposite"):
         GearPair(driver, driven, distance)
+
+
+def test_a_ring_has_the_hand_of_its_pinion():
+    """Both are turned alike, by as much less as the ring has more teeth."""
+    pinion = make_helical(25, 8e-3, 20.0)
+    ring = ring_of(pinion)
+    ratio = pinion.teeth / ring.teeth
+    assert ring.twist == pytest.approx(ratio * pinion.twist, rel=1e-14)
+    distance = -(pinion.reference_radius + ring.reference_radius)
+    assert GearPair(pinion, ring, distance).overlap_ratio(0.02) > 0.0
+    with pytest.raises(GeometryError, match="they must be opposite"):
+        GearPair(pinion, replace(ring, helix_angle=-ring.helix_angle), distance)
+    with pytest.raises(GeometryError, match="deg; must be above 0"):
+        replace(ring, helix_angle=0.0)

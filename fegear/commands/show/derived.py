@@ -24,7 +24,7 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.shaft_bodies import ShaftBody
 from fegear.gearset.zones import Zones, zones
 from meshes import GearPair, SpurGear
-from meshes.helical import HelicalGear
+from meshes.helical import HelicalGear, HelicalInternalGear
 from meshes.internal import InternalGear
 from meshes.involute import inverse_involute, involute
 from meshes.tooth_thickness import (
@@ -122,7 +122,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
 def _rack_figures(teeth: SpurGear) -> dict[str, Any]:
     """The rack in the normal section, and across the axis of helical gears."""
     across = 1e3 * teeth.module, math.degrees(teeth.pressure_angle)
-    if not isinstance(teeth, HelicalGear):
+    if not isinstance(teeth, HelicalGear | HelicalInternalGear):
         names = "module_mm", "pressure_angle_deg", "profile_shift"
         return dict(zip(names, (*across, teeth.profile_shift), strict=True))
     normal = math.atan(math.tan(teeth.pressure_angle) * teeth.helix_cosine)

@@ -140,7 +140,7 @@ def _pressed(
     penetration: Array,
 ) -> tuple[Array, Array, Array]:
     """Forces (s,) at the representative penetration, loads and pressures (j,)."""
-    base_radius = solver.problem.pair.driver.base_radius
+    base_radius = solver.problem.pair.driver_arm
     most = float(penetration[-1])
     solved_at = most * (np.arange(SOLVED + 1) / SOLVED) ** 2
     loads, pressures = np.zeros(SOLVED + 1), np.zeros(SOLVED + 1)

@@ -21,6 +21,7 @@ from fegear.contact.width.flank_changes import FlankChange, changed_flanks
 from fegear.gearset.modifications import LEAD_SIZES
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
+from meshes import GearPair, SpurGear
 
 SOFT_TEETH = 20.0  # ste over load per length times 1/E1' + 1/E2', of a slice
 FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
@@ -104,9 +105,13 @@ class FaceSolver:
         arms, is_driver = patches.moment_arms.T, (patches.master == 0)[:, None]
         nearer = np.stack([patches.arc, patches.mate_arc], axis=1)
         cosine = self.compliance.helix_cosine
-        least = MIN_ROLL * abs(pair.line_of_action)
-        one = np.maximum(rolls, least)
-        two = np.maximum(pair.line_of_action - rolls, least)
+        one, two = (
+            _curvature_radius(pair, gear, s)
+            for gear, s in (
+                (pair.driver, rolls),
+                (pair.driven, pair.line_of_action - rolls),
+            )
+        )
         parts = LineParts(
             pair=index,
             place=place,
@@ -122,8 +127,8 @@ class FaceSolver:
             slices=slices,
             gap=np.where(is_there, patches.closing_ste, np.inf),
             closing=cosine * arms[0] / pair.driver.base_radius,
-            arm=cosine * arms[0] - friction * arms[2],
-            driven_arm=cosine * arms[1] - friction * arms[3],
+            arm=pair.driver.sign * (cosine * arms[0] - friction * arms[2]),
+            driven_arm=pair.driven.sign * (cosine * arms[1] - friction * arms[3]),
             on_path=(rolls > pair.path_start + margin)
             & (rolls < pair.path_end - margin),
         )
@@ -187,7 +192,7 @@ class FaceSolver:
             radius=np.array([one * two / (one + two) / cosine]),
             angle=np.zeros(1),
         )
-        load = np.array([torque / (cosine * pair.driver.base_radius)])
+        load = np.array([torque / (cosine * pair.driver_arm)])
         return float(self.compliance.contact_size(load, line)[0][0])
 
     def candidates(self, lines: LinesOfContact, teeth: Indices, limit: float) -> Slices:
@@ -496,7 +501,7 @@ def solve_over_width(
         lines, *lines_of_changes = (
             replace(one, gap=one.gap - no_load) for one in (lines, *lines_of_changes)
         )
-        per_width = torques.max() / problem.pair.driver.base_radius / face.width
+        per_width = torques.max() / problem.pair.driver_arm / face.width
         limit = FIRST_GUESS * per_width * softness
         start = None
         slices = solver.candidates(lines, teeth, limit)
@@ -553,7 +558,7 @@ def _empty_cycle(
         torque=torques,
         position=places.position + places.pitch,
         teeth=teeth,
-        base_radius=pair.driver.base_radius,
+        base_radius=pair.driver_arm,
         face=loads,
     )
 
@@ -627,6 +632,13 @@ def _store_slopes(
     parts, slices_of_parts = slices.parts, slices.lines.slices[slices.index]
     per_length = forces / cycle.face.slice_length
     np.add.at(cycle.face.load_change[at], (parts.pair, slices_of_parts), per_length)
+
+
+def _curvature_radius(pair: GearPair, gear: SpurGear, rolls: Array) -> Array:
+    """Radii of curvature at roll lengths, not too small; negative where concave."""
+    if gear.sign < 0:
+        return rolls
+    return np.maximum(rolls, MIN_ROLL * abs(pair.line_of_action))
 
 
 def _friction_bending(slices: Slices, solved: SliceLoads, carries: Touches) -> Array:

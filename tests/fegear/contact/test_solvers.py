@@ -1,6 +1,7 @@
 """One contract of both kinds of contact: in patches, and in slices of the width.
 
-One gear pair, solved across the flanks and along the width of spur and helical teeth.
+One gear pair, solved across the flanks and along the width of spur and helical teeth,
+and one with an internal gear.
 """
 
 from __future__ import annotations
@@ -31,6 +32,8 @@ PROBLEMS = {
     "patches": in_patches,
     "straight": lambda: problem(gap=slope(10e-6)),
     "helical": lambda: problem(18.0),
+    "in a ring": lambda: problem(18.0, ring="driven"),
+    "by a ring": lambda: problem(-18.0, ring="driver"),
 }
 
 
