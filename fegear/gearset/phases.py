@@ -24,8 +24,8 @@ middle of the gear's own width; helical teeth are there
 
 base pitches further, z from the middle of the gear to that of the common width, with
 sigma, base radius and twist of the mesh's driver: p is larger by that in the equations
-above. Of an internal driver both sigma and r_b are negative where it turns
-counter-clockwise. A positive twist is right-handed, and gears are seen from the end z = -b / 2.
+above. Of an internal driver that turns counter-clockwise sigma and r_b are negative. A
+positive twist is right-handed, and gears are seen from the end z = -b / 2.
 
 Angles in radians, counter-clockwise from the x axis.
 """

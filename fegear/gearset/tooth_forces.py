@@ -63,10 +63,14 @@ class AxisForce(ShortRepr):
 
     gears : on the axis, by index
     vectors : along x, along y and toward the far end, at each load case [N]
+    moments : by which they tilt the far end of a gear toward x and toward y, about
+        the middle of its width, at each load case [N m]; none of several gears, whose
+        places on the axis count
     """
 
     gears: tuple[int, ...]
     vectors: tuple[tuple[float, float, float], ...]
+    moments: tuple[tuple[float, float], ...] = ()
 
     @property
     def axial(self) -> tuple[float, ...]:
@@ -133,11 +137,24 @@ def _wrapped(angle: float) -> float:
 
 def axis_forces(gear_set: GearSet, forces: list[ForceOnGear]) -> Iterator[AxisForce]:
     """Sums on all axes on which several meshes exert forces, in order of gears."""
-    of_axes: dict[tuple[int, ...], list[NDArray[np.float64]]] = {}
+    of_axes: dict[tuple[int, ...], list[ForceOnGear]] = {}
     for force in forces:
         axis = tuple(sorted(gear_set.axis(force.gear)))
-        of_axes.setdefault(axis, []).append(force.vectors)
+        of_axes.setdefault(axis, []).append(force)
     for axis, parts in sorted(of_axes.items()):
         if len(parts) > 1:
-            rows = np.sum(parts, axis=0).tolist()
-            yield AxisForce(gears=axis, vectors=tuple((x, y, z) for x, y, z in rows))
+            rows = np.sum([part.vectors for part in parts], axis=0).tolist()
+            tilting = [_tilting_moments(gear_set, part) for part in parts]
+            moments = np.sum(tilting, axis=0).tolist() if len(axis) == 1 else []
+            yield AxisForce(
+                gears=axis,
+                vectors=tuple((x, y, z) for x, y, z in rows),
+                moments=tuple((x, y) for x, y in moments),
+            )
+
+
+def _tilting_moments(gear_set: GearSet, force: ForceOnGear) -> NDArray[np.float64]:
+    """Moments (torques, 2) that tilt the far end toward x and y [N m]."""
+    middle = gear_set.width_middles(force.mesh)[0 if force.role == "driver" else 1]
+    across, along = force.vectors[:, :2], force.vectors[:, 2:]
+    return np.asarray(middle * across - np.array(force.arm) * along)

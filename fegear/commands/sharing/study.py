@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -12,6 +13,7 @@ import numpy as np
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.version import package_version
+from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.model import GearSet, PlanetCarrier
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.page import Columns, Page, RowTable, cell
@@ -40,6 +42,10 @@ COLUMNS: Columns = {
     "load share\n[%]": cell("load_share", 4, 100.0),
     "largest in a\nmesh cycle [%]": cell("load_share_peak", 4, 100.0),
     "mesh with\nsun [N]": cell("sun_mesh_force_N"),
+}
+HELICAL_COLUMNS: Columns = {
+    "axial, of\nsun [N]": cell("sun_axial_force_N"),
+    "tilting\n[N m]": cell("tilting_moment_Nm"),
 }
 
 
@@ -177,7 +183,7 @@ class PlanetLoadSharingResult(StudyResult):
             "torque_Nm": case.torque,
             "centers": case.centers,
             "mesh_load_factor": shares.size * float(shares.max()),
-            "planets": planet_rows(case.sharing, carrier_of(self.gears)),
+            "planets": planet_rows(case.sharing, self.gears),
         }
 
     @property
@@ -218,7 +224,9 @@ class PlanetLoadSharingResult(StudyResult):
         values = self.summary
         yield from self.notes
         title = "{gear_set} at rest, model {model}, {excitation}".format_map(values)
-        yield RowTable(self._planet_table_rows, COLUMNS, title, ("centres",))
+        rows = self._planet_table_rows
+        columns = COLUMNS | (HELICAL_COLUMNS if "tilting_moment_Nm" in rows[0] else {})
+        yield RowTable(rows, columns, title, ("centres",))
         for case in values["cases"]:
             yield (
                 f"{case['torque_Nm']:g} N m, centres {case['centers']}: largest share "
@@ -226,17 +234,47 @@ class PlanetLoadSharingResult(StudyResult):
             )
 
 
-def planet_rows(sharing: LoadSharing, carrier: PlanetCarrier) -> list[dict[str, Any]]:
+def planet_rows(sharing: LoadSharing, gears: GearSet) -> list[dict[str, Any]]:
     """Position error, shares and forces of each planet, as in the table."""
+    carrier = carrier_of(gears)
     errors = carrier.position_errors or (0.0,) * len(carrier.planets)
-    return [
-        {
+    rows = []
+    for number, error in enumerate(errors):
+        forces = float(sharing.sun_force[number]), float(sharing.ring_force[number])
+        row = {
             "planet": number + 1,
             "position_error_um": 1e6 * error,
             "load_share": float(sharing.share[number]),
             "load_share_peak": float(sharing.share_peak[number]),
-            "sun_mesh_force_N": float(sharing.sun_force[number]),
-            "ring_mesh_force_N": float(sharing.ring_force[number]),
+            "sun_mesh_force_N": forces[0],
+            "ring_mesh_force_N": forces[1],
         }
-        for number, error in enumerate(errors)
-    ]
+        rows.append(row | _axial_figures(gears, carrier.planets[number], forces))
+    return rows
+
+
+def _axial_figures(
+    gears: GearSet, planet: int, forces: tuple[float, float]
+) -> dict[str, float]:
+    """Axial forces on a planet and the moment that they make; none of spur gears.
+
+    forces : along the lines of action of its meshes with sun and ring [N]
+    """
+    meshes = sorted(gears.meshes_of[planet], key=lambda n: gears.meshes[n].pair.sign)
+    on_planet, moment = [], 0.0
+    for number, force in zip(reversed(meshes), forces, strict=True):
+        mesh = gears.meshes[number]
+        torque, drives = force * mesh.pair.driver_arm, mesh.driver == planet
+        axial = axial_force_on_driver(gears, number, torque) * (1 if drives else -1)
+        radius = gears.gears[planet].geometry.base_radius
+        radius /= math.cos(mesh.pair.operating_pressure_angle)
+        moment += axial * radius * mesh.pair.sign
+        on_planet.append(axial)
+    if not gears.meshes[meshes[0]].is_helical:
+        return {}
+    sun, ring = on_planet
+    return {
+        "sun_axial_force_N": sun,
+        "ring_axial_force_N": ring,
+        "tilting_moment_Nm": moment,
+    }

@@ -65,6 +65,8 @@ def _axis_figures(gear_set: GearSet, force: AxisForce) -> dict[str, Any]:
         "forces_x_N": x,
         "forces_y_N": y,
         "axial_forces_N": axial,
+        "tilting_moments_x_Nm": [moment[0] for moment in force.moments],
+        "tilting_moments_y_Nm": [moment[1] for moment in force.moments],
     }
 
 
@@ -144,7 +146,17 @@ def axis_line(row: dict[str, Any], largest: float) -> str:
     name = "sum of all its meshes" if len(gears) == 1 else "sum on their axis"
     force = _plane_text(row, ROUND_OFF_RTOL * largest)
     axial = f"; axial {_axial_text(row)}" if any(row["axial_forces_N"]) else ""
-    return f"- {', '.join(gears)}, {name}: {force}{axial}"
+    return f"- {', '.join(gears)}, {name}: {force}{axial}{_tilt_text(row, largest)}"
+
+
+def _tilt_text(row: dict[str, Any], largest: float) -> str:
+    """The moment about the middle of a gear's width, nothing where there is none."""
+    x, y = row["tilting_moments_x_Nm"], row["tilting_moments_y_Nm"]
+    sizes = [math.hypot(*parts) for parts in zip(x, y, strict=True)]
+    if not max(sizes, default=0.0) > ROUND_OFF_RTOL * largest:  # over a metre's arm
+        return ""
+    direction = _direction(x[-1], y[-1])
+    return f"; tilts its far end toward {direction:.5g} deg with {_listed(sizes)} N m"
 
 
 def reaction_line(row: dict[str, Any]) -> str:
@@ -167,8 +179,12 @@ def _plane_text(row: dict[str, Any], round_off: float = 0.0) -> str:
     sizes = [math.hypot(*parts) for parts in zip(x, y, strict=True)]
     if not max(sizes) > round_off:
         return "0 N"
-    direction = math.degrees(math.atan2(y[-1], x[-1])) % 360.0
-    return f"{_listed(sizes)} N toward {direction:.5g} deg"
+    return f"{_listed(sizes)} N toward {_direction(x[-1], y[-1]):.5g} deg"
+
+
+def _direction(x: float, y: float) -> float:
+    """Direction from x [deg], from 0 to below 360."""
+    return round(math.degrees(math.atan2(y, x)), 9) % 360.0
 
 
 def _axial_text(row: dict[str, Any]) -> str:

@@ -56,6 +56,8 @@ KINDS = {
     "internal": INTERNAL,
     "planetary": PLANETS,
     "pitch errors": with_gear(SPUR, pitch_errors_um=[1.0, *18 * [0.0]]),
+    "helical ring": with_defaults(INTERNAL, helix_angle_deg=12.0),
+    "helical planets": with_defaults(PLANETS, helix_angle_deg=12.0),
     "cracked": with_gear(SPUR, cracks=[{"tooth": 1, "depth_mm": 1.0}]),
 }
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sliced_pairs import COARSE, STEEL, TEETH, TORQUE, WIDTH, gears, problem, slope
+from sliced_pairs import COARSE, STEEL, TEETH, TORQUE, WIDTH, problem, slope
 
 from fegear.contact.path import face_along_path
 from fegear.contact.plane.contact import PlaneContact

@@ -11,7 +11,7 @@ from small_sets import PAIR
 
 from fegear.commands.show.derived import gear_figures, mesh_figures
 from fegear.files.errors import InputError
-from fegear.gearset import make_gear_set
+from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.leads import misaligned_gap, require_uniform_loads, width_gap
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.planes import plane_in_words
@@ -76,6 +76,20 @@ def test_hands_that_follow_are_inferred():
     assert not [line for line in spur.inferences if "hand" in line]
 
 
+@pytest.mark.parametrize(("hand", "sign"), [("right", 1.0), ("left", -1.0)])
+def test_a_ring_has_the_hand_of_its_planets(hand, sign):
+    edits = {"defaults.helix_angle_deg": 15.0, "gear.sun.hand": hand}
+    gear_set = load_gear_set("planetary-24-36-96", edits)
+    twists = [gear.geometry.twist for gear in gear_set.gears]
+    assert np.sign(twists).tolist() == [sign, -sign, -sign, -sign, -sign]
+    turned = twists * np.array([24, 36, 36, 36, 96])
+    assert np.abs(turned) == pytest.approx(np.abs(turned[0]), rel=1e-12)
+    (line,) = [line for line in gear_set.inferences if '"ring": hand' in line]
+    assert line.endswith('as fits that of its mates "planet-1", "planet-2", "planet-3"')
+    with pytest.raises(InputError, match="one of them internal"):
+        load_gear_set("planetary-24-36-96", edits | {"gear.ring.hand": hand})
+
+
 def test_pairs_are_engaged_longer_by_the_overlap():
     gears = make_gear_set(tables())
     start, end = gears.engagement(0)
@@ -122,7 +136,13 @@ def test_leads_are_depths_over_the_width():
             {"gear": {"hand": "right"}, "first": "right"},
             'hand = "right".*must be "left"',
         ),
-        ({"gear": {"internal": True, "rim_radius_mm": 75.0}}, "must be 0 of"),
+        (
+            {
+                "gear": {"internal": True, "rim_radius_mm": 75.0, "hand": "left"},
+                "first": "right",
+            },
+            'hand = "left".*must be "right".*one of them internal',
+        ),
         (
             {"gear": {"pin_dimension_mm": 120.0, "pin_diameter_mm": 5.0}},
             "pin_dimension_mm = 120 over pins of 5 mm; must be above",

@@ -12,7 +12,7 @@ import pytest
 
 from fegear.cli import run
 from fegear.commands.show.derived import gear_set_figures
-from fegear.commands.show.force_values import force_figures
+from fegear.commands.show.force_values import force_figures, force_lines
 from fegear.files.toml import toml_text
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.placing import layout
@@ -113,6 +113,35 @@ def test_the_sum_of_equal_planets_is_nothing_on_the_sun():
     planet = sums["planet-1"]
     assert planet["forces_y_N"][-1] == pytest.approx(2.0 * largest, rel=RTOL)
     assert planet["forces_x_N"][-1] == pytest.approx(0.0, abs=1e-9 * largest)
+
+
+def test_helical_planets_are_tilted_and_not_pushed():
+    """T = F_a (r_w + r_w), the axial force of the sun T / n tan(beta) / r on a planet.
+
+    Seen from the near end the sun turns counter-clockwise; right-handed it is pushed
+    toward the near end, and pushes the planet toward the far one.
+    """
+    edits = {"defaults.helix_angle_deg": 15.0}
+    values = force_figures(load_gear_set("planetary-24-36-96", edits))
+    sums = {row["gears"][0]: row for row in values["axis_forces"]}
+    module = 2.0 / math.cos(math.radians(15.0))
+    torques = np.array([30.0, 60.0, 120.0])
+    axial = torques / 3.0 * math.tan(math.radians(15.0)) / (12e-3 * module)
+    planet = sums["planet-1"]
+    np.testing.assert_allclose(planet["axial_forces_N"], 0.0, atol=1e-9)
+    moments = np.array(planet["tilting_moments_x_Nm"])
+    np.testing.assert_allclose(moments, 36e-3 * module * axial, rtol=RTOL)
+    np.testing.assert_allclose(planet["tilting_moments_y_Nm"], 0.0, atol=1e-9)
+    for name, sign in (("sun", -1.0), ("ring", 1.0)):
+        row = sums[name]
+        np.testing.assert_allclose(row["axial_forces_N"], sign * 3.0 * axial)
+        np.testing.assert_allclose(row["tilting_moments_x_Nm"], 0.0, atol=1e-9)
+    (line,) = [
+        line
+        for line in force_lines(values | {"shafts": []})
+        if line.startswith("- planet-1, sum")
+    ]
+    assert "tilts its far end toward 0 deg with 8.0385, 16.077, 32.154 N m" in line
 
 
 LENGTHS = {"lengths_mm": [240.0], "diameters_mm": [30.0]}

@@ -12,6 +12,7 @@ from wide_sets import HELICAL
 
 import fegear
 from fegear.contact.solve import solve_cycle
+from fegear.gearset.phases import rolling_senses
 from fegear.rendering.flank_surfaces import (
     ContactBand,
     band_surface,
@@ -41,8 +42,35 @@ def gear_set(hand="right", line_deg=0.0, third=False, helix_angle_deg=18.0):
     return fegear.make_gear_set(tables)
 
 
+def ring_set(driver, hand="right", line_deg=0.0, helix_angle_deg=18.0):
+    """A pinion and an internal gear, one of which drives."""
+    gears = [
+        {"name": "pinion", "teeth": 19, "hub_radius_mm": 8.0},
+        {"name": "ring", "teeth": 60, "internal": True, "rim_radius_mm": 72.0},
+    ]
+    if helix_angle_deg:
+        gears[0]["hand"] = hand
+    names = "pinion", "ring"
+    mesh = {"driver": names[driver], "driven": names[1 - driver]}
+    mesh |= {"backlash_um": 60.0, "center_line_deg": line_deg}
+    defaults = {"module_mm": 2.0, "face_width_mm": 20.0}
+    return fegear.make_gear_set(
+        {
+            "name": "ring",
+            "defaults": defaults | {"helix_angle_deg": helix_angle_deg},
+            "gear": gears,
+            "mesh": [mesh],
+        }
+    )
+
+
 CASES = [
     (gear_set(), 0),
+    (ring_set(0), 0),
+    (ring_set(0, "left", 35.0), 0),
+    (ring_set(1), 0),
+    (ring_set(1, "left", -50.0), 0),
+    (ring_set(1, helix_angle_deg=0.0), 0),
     (gear_set("left"), 0),
     (gear_set("right", 35.0), 0),
     (gear_set("right", 35.0, third=True), 1),
@@ -66,7 +94,7 @@ def test_loaded_flanks_are_involute_helicoids(gears, mesh, index):
     tooth = tooth_surface(gear, POSITION, 1)
     flank = tooth.points[~np.isnan(tooth.arc)]
     r, angle, z = about_axis(gear, flank)
-    alpha = np.arccos(np.minimum(1.0, gear.teeth.base_radius / r))
+    alpha = np.arccos(np.minimum(1.0, abs(gear.teeth.base_radius) / r))
     lead = np.tan(gear.teeth.base_helix_angle) / gear.teeth.base_radius
     involute = np.tan(alpha) - alpha
     remaining = [
@@ -76,10 +104,10 @@ def test_loaded_flanks_are_involute_helicoids(gears, mesh, index):
     assert max(remaining) > 1e-4
     # the flank that carries: leading of the driver, trailing of the driven gear
     turns = gears.senses[gears.meshes[mesh].gears[index]]
-    leads = 1 if index == 0 else -1
+    leads = gear.teeth.sign * (1 if index == 0 else -1)
     assert np.argmin(remaining) == (1 if turns * leads > 0 else 0)
-    assert r.max() == pytest.approx(gear.teeth.tip_radius, abs=1e-9)
-    assert r.min() == pytest.approx(gear.teeth.form_radius, abs=1e-9)
+    ends = abs(gear.teeth.tip_radius), abs(gear.teeth.form_radius)
+    assert (r.min(), r.max()) == pytest.approx(sorted(ends), abs=1e-9)
 
 
 @pytest.mark.parametrize(("gears", "mesh"), CASES)
@@ -89,7 +117,7 @@ def test_flanks_meet_where_the_plane_of_action_cuts_them(gears, mesh, position, 
     driver, driven = gears_in_space(gears, mesh)
     geometry = gears.meshes[mesh].pair
     place = np.linspace(-8e-3, 8e-3, 9)
-    turns = gears.senses[gears.meshes[mesh].driver]
+    turns = rolling_senses(gears)[gears.meshes[mesh].driver]
     slope = turns * geometry.driver.base_radius * geometry.driver.twist
     rolls = geometry.pitch_point + geometry.base_pitch * (position + pair)
     rolls = rolls - slope * place

@@ -419,6 +419,9 @@ NOT_IN_EXAMPLE = {
     "modes": {"family", "multiplicity", "whirl"},  # of planetary sets
     "motion": {"mesh{n}_friction_power_W"},  # without friction
     "rattle bifurcation": {"curve", "bifurcation"},  # over two parameters
+    "sharing": {  # of helical gears
+        *("sun_axial_force_N", "ring_axial_force_N", "tilting_moment_Nm"),
+    },
     "stiffness": {"axial_force_N", "load_center_mm"},  # over the face width
     "reproduce": {"number", "title", "missing"},  # of a list
     "tolerances: samples_table": {  # over the face width
