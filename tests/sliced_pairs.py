@@ -16,7 +16,14 @@ from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.width.contact import WidthContact, slice_places
 from fegear.elasticity.cache import cached_flank_compliance
 from fegear.elasticity.material import PlaneMaterial
-from fegear.elasticity.wide_flank import wide_flank, width_modes
+from fegear.elasticity.root_stress import root_influence
+from fegear.elasticity.sector import cyclic_sector
+from fegear.elasticity.wide_flank import (
+    wide_flank,
+    width_and_root_modes,
+    width_modes,
+)
+from fegear.elasticity.wide_root import WideRoot
 from meshes import GearPair, MeshSize
 from meshes.helical import HelicalInternalGear
 from meshes.internal import InternalGear
@@ -72,6 +79,19 @@ def wide_flanks(helix_angle_deg, with_ring=False):
             WIDTH,
         )
         for gear in gears(helix_angle_deg, with_ring)
+    )
+
+
+@cache
+def wide_roots(helix_angle_deg):
+    material = replace(STEEL, plane="width", width=WIDTH)
+    return tuple(
+        WideRoot(
+            root_influence(cyclic_sector(gear, STEEL, COARSE)),
+            width_and_root_modes(gear, material, DEGREE, MESH)[1],
+            WIDTH,
+        )
+        for gear in gears(helix_angle_deg)
     )
 
 

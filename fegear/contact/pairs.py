@@ -79,6 +79,7 @@ def with_back_flanks(problem: ContactProblem) -> ContactProblem:
             flank,
             faults=flank.faults and flank.faults.on_back_flanks,
             lead=flank.lead and flank.lead.of_back_flanks,
+            topography=None,  # one of drive flanks
         )
         for flank in problem.flanks
     )

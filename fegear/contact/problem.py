@@ -10,7 +10,11 @@ from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.tooth_faults import ToothFaults
 from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.flank import FlankCompliance
-from fegear.gearset.modifications import FlankLead, FlankModifications
+from fegear.gearset.modifications import (
+    FlankLead,
+    FlankModifications,
+    FlankTopography,
+)
 from lumped.common.array_types import Array, Indices
 from lumped.common.short_repr import ShortRepr
 from meshes import GearPair
@@ -98,6 +102,11 @@ class ContactProblem(ShortRepr):
     def leads(self) -> tuple[FlankLead | None, FlankLead | None]:
         """Lead modifications of driver and driven gear."""
         return self.driver.lead, self.driven.lead
+
+    @property
+    def topographies(self) -> tuple[FlankTopography | None, FlankTopography | None]:
+        """Topographies of driver and driven gear."""
+        return self.driver.topography, self.driven.topography
 
     @property
     def offsets(self) -> tuple[CenterOffset | None, CenterOffset | None]:

@@ -229,8 +229,14 @@ class WideRoot:
 
         Near the flank they are those around a contact, not of the root.
         """
+        largest = np.take_along_axis(tension, self.largest_at(tension), axis=1)
+        return np.maximum(largest[:, 0], 0.0)
+
+    def largest_at(self, tension: Array) -> Indices:
+        """Point (t, 1, z) of the fillet of the largest of tensions (t, f, z)."""
         root = _along(self.section.fillets[0]) > NEAR_FLANK * self.section.gear.module
-        return np.maximum(tension[:, root].max(axis=1), 0.0)
+        first = int(np.flatnonzero(root)[0])
+        return first + tension[:, first:].argmax(axis=1, keepdims=True)
 
     def along_fillet(self, loads: Sequence[LineLoad]) -> Array:
         """Tension (t, f, z) across the fillet under all loads [Pa]."""

@@ -27,6 +27,7 @@ from fegear.gearset.schema import MATERIAL_KEYS, Document, GearEntry, MeshEntry
 from fegear.gearset.shafts import shaft_body
 from fegear.gearset.teeth import Blank, Tip, blank_of
 from fegear.gearset.tips import CONTACT_RATIO_TOLERANCE, Spacing, find_tips, spacing
+from fegear.gearset.topographies import topographies_by_key
 from fegear.gearset.torques import mesh_torques, torque_inferences
 from fegear.gearset.zones import relief
 from lumped.common.units import MM, UM
@@ -195,11 +196,13 @@ def _build_mesh(
         mesh_spacing,
         (tips[driver], tips[driven]),
     )
+    width, mate_width = (document.gear[i].face_width_mm for i in (driver, driven))
+    widths = width * MM, mate_width * MM
     return Mesh(
         driver=driver,
         driven=driven,
         pair=pair,
-        **_flanks_by_field(entry, pair, folder),
+        **_flanks_by_field(entry, pair, widths, folder),
         torques=torques,
         phase=_phase(entry, is_first_mesh=number == 0),
         center_line=_center_line(entry),
@@ -297,20 +300,25 @@ def _reliefs_by_key(entry: MeshEntry, pair: GearPair) -> dict[str, Relief | None
 
 
 def _flanks_by_field(
-    entry: MeshEntry, pair: GearPair, folder: Path
+    entry: MeshEntry, pair: GearPair, widths: tuple[float, float], folder: Path
 ) -> dict[str, FlankModifications]:
-    """Modifications of both gears of a mesh by their names in `Mesh`."""
+    """Modifications of both gears of a mesh by their names in `Mesh`.
+
+    widths : face widths of both gears [m]
+    """
     reliefs, profiles = (
         _reliefs_by_key(entry, pair),
         _profiles_by_key(entry, pair, folder),
     )
     leads = leads_by_key(entry)
+    topographies = topographies_by_key(entry, pair, widths, folder)
     return {
         f"{role}_flank": FlankModifications(
             tip_relief=reliefs[f"{role}_tip_relief"],
             root_relief=reliefs[f"{role}_root_relief"],
             profile=profiles[f"{role}_profile"],
             lead=leads[f"{role}_lead"],
+            topography=topographies[f"{role}_topography"],
         )
         for role in ("driver", "driven")
     }

@@ -90,7 +90,8 @@ def require_uniform_loads(gear_set: GearSet, task: str) -> None:
         one, two = (gear_set.gears[gear].name for gear in mesh.gears)
         raise InputError(
             f'gears "{one}" and "{two}" {_variation(mesh)}; allowed for {task} are '
-            "spur gears with neither lead modification, misalignment_um nor offset_mm"
+            "spur gears with neither lead modification, topography, misalignment_um "
+            "nor offset_mm"
         )
 
 
@@ -98,17 +99,20 @@ def require_no_width_gap(gear_set: GearSet, mesh: int, task: str) -> None:
     """Refuse gaps that vary over the width, for a task that has one gap of a pair."""
     spec = gear_set.meshes[mesh]
     flanks = spec.flanks
-    has_lead = any(flank.lead is not None for flank in flanks) or spec.misalignment
+    has_lead = any(flank.varies_over_width for flank in flanks) or spec.misalignment
     has_profile = any(
         (*flank.reliefs, flank.profile) != (None,) * 3 for flank in flanks
     )
     if not has_lead and not (spec.is_helical and has_profile):
         return
     one, two = (gear_set.gears[gear].name for gear in spec.gears)
+    cause = "helical teeth with reliefs"
+    if has_lead:
+        cause = "its lead, topography or misalignment"
     raise InputError(
         f"{mesh_label(one, two)}: {task} has one gap of a tooth pair, and the gap of "
-        f"{'its lead or misalignment' if has_lead else 'helical teeth with reliefs'} "
-        "varies over the face width; allowed is the excitation by finite elements"
+        f"{cause} varies over the face width; allowed is the excitation by finite "
+        "elements"
     )
 
 
@@ -118,7 +122,10 @@ def _variation(mesh: Mesh) -> str:
         return "are helical"
     if mesh.offset:
         return "have an axial offset"
-    return "are misaligned" if mesh.misalignment else "have a lead modification"
+    if mesh.misalignment:
+        return "are misaligned"
+    has_lead = any(flank.lead is not None for flank in mesh.flanks)
+    return f"have a {'lead modification' if has_lead else 'topography'}"
 
 
 def require_spur(gear_set: GearSet, setting: str) -> None:

@@ -120,9 +120,9 @@ class Mesh(ShortRepr):
     @property
     def varies_over_width(self) -> bool:
         """Whether teeth carry different loads along the face width."""
-        has_lead = any(flank.lead is not None for flank in self.flanks)
+        has_gap = any(flank.varies_over_width for flank in self.flanks)
         is_aligned = self.offset == 0.0 and self.misalignment == 0.0
-        return self.is_helical or has_lead or not is_aligned
+        return self.is_helical or has_gap or not is_aligned
 
     @property
     def flanks(self) -> Flanks:

@@ -1,9 +1,10 @@
-"""Modifications of tooth flanks: reliefs and measured or designed profiles."""
+"""Modifications of tooth flanks: reliefs, profiles, leads and topographies."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
@@ -18,6 +19,7 @@ ReliefShape = Literal["linear", "parabolic"]
 # monotonic, so that the gap between two flanks has one minimum
 Interpolation = Literal["cubic", "linear"]
 MAX_PROFILE_POINTS = 1000  # of a measured profile; machines print some 500
+MAX_TOPOGRAPHY_POINTS = 200  # in either direction of a topography
 LEAD_SIZES = "crowning", "slope", "end_relief", "end_length"  # of a FlankLead
 RELIEF_POWERS: dict[ReliefShape, float] = {"linear": 1.0, "parabolic": 2.0}
 
@@ -127,6 +129,73 @@ class FlankLead:
 
 
 @dataclass(frozen=True, kw_only=True)
+class FlankTopography:
+    """Material removed from drive flanks over profile and face width, which adds up.
+
+    Depths are along the line of action as those of a lead, bilinear between points and
+    constant beyond the outer ones; all lengths are in metres.
+
+    roll_lengths : (k,) sqrt(r^2 - rb^2) of points, increasing
+    places : (l,) along the face width from its middle, increasing toward the far end
+    depths : (k, l) material missing at each
+    """
+
+    roll_lengths: tuple[float, ...]
+    places: tuple[float, ...]
+    depths: tuple[tuple[float, ...], ...]
+
+    def __post_init__(self) -> None:
+        require_fields(self)
+        for name in ("roll_lengths", "places"):
+            points = getattr(self, name)
+            if not 2 <= len(points) <= MAX_TOPOGRAPHY_POINTS:
+                raise InputError(
+                    f"{name} = {len(points)} values; 2 to {MAX_TOPOGRAPHY_POINTS} are "
+                    "needed"
+                )
+            if any(b <= a for a, b in pairwise(points)):
+                raise InputError(f"{name} must increase")
+        counts = {len(row) for row in self.depths}
+        if len(self.depths) != len(self.roll_lengths) or counts != {len(self.places)}:
+            raise InputError(
+                f"depths = {len(self.depths)} rows of {sorted(counts)} values; must be "
+                f"{len(self.roll_lengths)} rows, as roll_lengths, of "
+                f"{len(self.places)} values, as places"
+            )
+
+    def depth(
+        self, roll_length: NDArray[np.float64], place: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Depth (n,) [m] at roll lengths and places (n,) [m] of this flank."""
+        import numpy as np
+
+        rolls, places, depths = self._arrays
+        (i, u), (j, v) = _between(rolls, roll_length), _between(places, place)
+        near = (1.0 - u) * depths[i, j] + u * depths[i + 1, j]
+        far = (1.0 - u) * depths[i, j + 1] + u * depths[i + 1, j + 1]
+        return np.asarray((1.0 - v) * near + v * far)
+
+    @cached_property
+    def _arrays(self) -> tuple[NDArray[np.float64], ...]:
+        """Roll lengths, places and depths."""
+        import numpy as np
+
+        return tuple(map(np.array, (self.roll_lengths, self.places, self.depths)))
+
+
+def _between(
+    points: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Index of the point before each value, and the way from there to the next one."""
+    import numpy as np
+
+    first = np.searchsorted(points, values, side="right") - 1
+    index = np.clip(first, 0, points.size - 2)
+    way = (values - points[index]) / (points[index + 1] - points[index])
+    return index, np.clip(way, 0.0, 1.0)
+
+
+@dataclass(frozen=True, kw_only=True)
 class FlankModifications:
     """What is taken off the flanks of one gear in a mesh, of all teeth alike."""
 
@@ -134,6 +203,7 @@ class FlankModifications:
     root_relief: Relief | None = None
     profile: FlankProfile | None = None
     lead: FlankLead | None = None
+    topography: FlankTopography | None = None
 
     @property
     def reliefs(self) -> tuple[Relief | None, Relief | None]:
@@ -142,7 +212,12 @@ class FlankModifications:
 
     @property
     def is_modified(self) -> bool:
-        return (*self.reliefs, self.profile, self.lead) != (None,) * 4
+        others = self.profile, self.lead, self.topography
+        return (*self.reliefs, *others) != (None,) * 5
+
+    @property
+    def varies_over_width(self) -> bool:
+        return self.lead is not None or self.topography is not None
 
 
 UNMODIFIED = FlankModifications()

@@ -112,27 +112,38 @@ def _points_of_entry(entry: ProfileEntry, where: str, folder: Path) -> MeasuredP
 
 def _points_of_file(name: str, where: str, folder: Path) -> MeasuredPoints:
     source = f"{where}.file = {shown(name)}"
-    try:
-        table = parse_csv(read_text(folder / name), source)
-    except InputError as error:
-        reason = str(error).removeprefix(f"{folder / name}: ")
-        raise InputError(f"{source}; {reason}") from None
-    except TableError as error:
-        raise InputError(str(error)) from None
+    table = measured_table(name, source, folder)
     keys = [key for key in POINT_KEYS if key in table.names]
     if len(keys) != 1 or DEVIATION not in table.names:
         raise InputError(
             f"{source}; needs the columns {DEVIATION} and one of "
             f"{', '.join(POINT_KEYS)}, has {', '.join(table.names)}"
         )
-    points, deviations = (_column(table, column) for column in (keys[0], DEVIATION))
+    points, deviations = (
+        measured_column(table, column) for column in (keys[0], DEVIATION)
+    )
     places = [
         place.replace("{", "{{").replace("}", "}}") + ": {key}" for place in table.rows
     ]
     return MeasuredPoints(keys[0], points, deviations, places)
 
 
-def _column(table: CsvText, name: str) -> list[float]:
+def measured_table(name: str, source: str, folder: Path) -> CsvText:
+    """The CSV file that the measured points of a flank are in.
+
+    source : what messages begin with
+    """
+    try:
+        return parse_csv(read_text(folder / name), source)
+    except InputError as error:
+        reason = str(error).removeprefix(f"{folder / name}: ")
+        raise InputError(f"{source}; {reason}") from None
+    except TableError as error:
+        raise InputError(str(error)) from None
+
+
+def measured_column(table: CsvText, name: str) -> list[float]:
+    """A column of finite numbers."""
     index = table.names.index(name)
     return [
         _finite_number(row[index], name, place) for place, row in table.rows.items()

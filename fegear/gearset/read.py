@@ -29,7 +29,11 @@ from fegear.gearset.schema import Document, with_defaults
 from lumped.common.checks import check_arguments
 
 LIMIT_NAMES = "le", "ge"  # names of limits in what pydantic says of an error
-PROFILE_KEYS = "profile", "driver_profile", "driven_profile"  # keys of a mesh
+# keys of a mesh whose tables may name a file
+MEASURED_KEYS = (
+    *("profile", "driver_profile", "driven_profile"),
+    *("driver_topography", "driven_topography"),
+)
 
 
 @check_arguments
@@ -85,7 +89,9 @@ def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:
 
 def files_of_gear_set(name_or_path: str, edits: Mapping[str, Any]) -> list[str]:
     """Paths of the files that a gear set names, with some values set."""
-    return [p["file"] for p in _measured_profiles(load_tables(name_or_path, edits))]
+    return [
+        flank["file"] for flank in _measured_flanks(load_tables(name_or_path, edits))
+    ]
 
 
 def relative_tables(tables: Mapping[str, Any], path: Path) -> dict[str, Any]:
@@ -105,20 +111,20 @@ def relative_tables(tables: Mapping[str, Any], path: Path) -> dict[str, Any]:
 def _with_changed_paths(
     tables: dict[str, Any], change_path: Callable[[str], str]
 ) -> dict[str, Any]:
-    """Change the names of the files with measured profiles in tables."""
-    for profile in _measured_profiles(tables):
-        profile["file"] = change_path(profile["file"])
+    """Change the names of the files with measured flanks in tables."""
+    for flank in _measured_flanks(tables):
+        flank["file"] = change_path(flank["file"])
     return tables
 
 
-def _measured_profiles(tables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Profiles that name a file, also in tables that are not checked yet."""
+def _measured_flanks(tables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Profiles and topographies with a file, also in tables that are not checked."""
     meshes = tables.get("mesh")
     for mesh in meshes if isinstance(meshes, list) else ():
-        for key in PROFILE_KEYS if isinstance(mesh, dict) else ():
-            profile = mesh.get(key)
-            if isinstance(profile, dict) and isinstance(profile.get("file"), str):
-                yield profile
+        for key in MEASURED_KEYS if isinstance(mesh, dict) else ():
+            flank = mesh.get(key)
+            if isinstance(flank, dict) and isinstance(flank.get("file"), str):
+                yield flank
 
 
 def _folder_of(name: str) -> Path:

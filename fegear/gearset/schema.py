@@ -132,6 +132,7 @@ MATERIAL_KEYS = ("young_modulus_GPa", "poisson_ratio", "density_kg_per_m3")
 START_KEYS = ("length_pitches", "start_roll_angle_deg", "start")
 SPACING_KEYS = ("center_distance_mm", "operating_pressure_angle_deg")
 POINT_KEYS = ("roll_angle_deg", "diameter_mm")
+GRID_KEYS = ("roll_angle_deg", "place_mm", "depth_um")
 BEARING_KEYS = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
 ROLLING_KEYS = ("ball_bearing", "roller_bearing")
 # Groups of sets of keys that say the same thing: a key replaces those of other sets.
@@ -579,6 +580,44 @@ class LeadEntry(Keys):
         return self
 
 
+class TopographyEntry(Keys):
+    """A modification of one gear's drive flanks over profile and face width."""
+
+    bias_um: Signed = Field(
+        default=0.0,
+        description="Twist of the flanks: half of it is missing at the tip of the far "
+        "end and at the root of the near end, and is in excess at both other corners; "
+        "bilinear over the roll angle of the active profile and the face width.",
+    )
+    file: Annotated[str, Field(min_length=1)] | None = Field(
+        default=None,
+        description="CSV file of measured points in any order, one for each roll angle "
+        "at each place, with columns roll_angle_deg, place_mm and deviation_um "
+        "(positive where there is excess of material); beside the gear-set file unless "
+        "its path is absolute.",
+    )
+    roll_angle_deg: Entries[NotNegative] | None = Field(
+        default=None, description="Roll angles of points, increasing."
+    )
+    place_mm: Entries[Signed] | None = Field(
+        default=None,
+        description="Places of points along the gear's face width from its middle, "
+        "increasing toward the far end.",
+    )
+    depth_um: Entries[Entries[Signed]] | None = Field(
+        default=None,
+        description="Material missing at these points along the line of action: a list "
+        "for each roll angle, of a depth for each place; bilinear between points and "
+        "constant beyond the outer ones.",
+    )
+
+    @model_validator(mode="after")
+    def _one_source(self) -> TopographyEntry:
+        require_all_or_none(self, *GRID_KEYS)
+        require_at_most_one(self, "file", "depth_um")
+        return self
+
+
 class MeshKeys(Keys):
     """Keys of a mesh that do not say which gears are where.
 
@@ -649,6 +688,14 @@ class MeshKeys(Keys):
     )
     driven_lead: LeadEntry | None = Field(
         default=None, description="Lead modification of the driven gear."
+    )
+    driver_topography: TopographyEntry | None = Field(
+        default=None,
+        description="Modification of the driving gear over profile and face width.",
+    )
+    driven_topography: TopographyEntry | None = Field(
+        default=None,
+        description="Modification of the driven gear over profile and face width.",
     )
     misalignment_um: Signed = Field(
         default=0.0,

@@ -69,6 +69,7 @@ def contact_problem(
             root_relief=spec.flanks[i].root_relief,
             profile=side.profile,
             lead=spec.flanks[i].lead,
+            topography=spec.flanks[i].topography,
             pitch_errors=errors[i],
             faults=side.faults,
             offset=side.offset,

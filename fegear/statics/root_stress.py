@@ -31,10 +31,12 @@ class RootOverWidth(NamedTuple):
     place : (z,) from the middle of the common face width [m]
     stress : (t, n, k, z) largest tension across the fillet of the teeth in each pair on
         the side of their loaded flanks [Pa]
+    slopes : (t, n, k, z, x) of that by changes of the loads
     """
 
     place: Array
     stress: Array
+    slopes: Array
 
     @property
     def over_cycle(self) -> Array:
@@ -95,14 +97,19 @@ def root_stresses_over_width(
     solver: WidthContact,
     cycle: ContactCycle,
     roots: Sequence[WideRoot],
+    load_slopes: Array | None = None,
 ) -> RootStresses:
     """Tension of all teeth that are in a pair, under the loads of all slices.
 
     roots : of driver and driven gear, whose hubs are held
+    load_slopes : (t, n, k, m, x) of loads per length of the line of contact by changes,
+        in whose slopes of the tension arcs of loads stay
     """
+    if load_slopes is None:
+        load_slopes = np.empty((*cycle.face.load.shape, 0))
     with stage("root stress"):
         over_width = tuple(
-            _tensions_over_width(problem, solver, cycle, gear, roots[gear])
+            _tensions_over_width(problem, solver, cycle, gear, roots[gear], load_slopes)
             for gear in (DRIVER, DRIVEN)
         )
     driver, driven = (of_gear.stress.max(axis=3) for of_gear in over_width)
@@ -115,26 +122,56 @@ def _tensions_over_width(
     cycle: ContactCycle,
     gear: int,
     root: WideRoot,
+    load_slopes: Array,
 ) -> RootOverWidth:
     face = cycle.face
     if face.base_helix_angle * problem.pair.driver.twist < 0.0:
         root = root.mirrored  # as the contact was
     teeth = face.teeth if gear == DRIVER else -face.teeth
-    force = face.load * face.slice_length
+    force, changes = face.load * face.slice_length, load_slopes * face.slice_length
     arcs = face.arc[..., gear]
     places = face.place + solver.offsets[gear]
     stress = np.empty((*cycle.load.shape, root.places.size))
+    slopes = np.empty((*stress.shape, changes.shape[-1]))
     for t in range(cycle.torque.size):
         for rows in _blocks(cycle.position.size, POSITIONS_OVER_WIDTH):
-            lines = force[t, rows], arcs[t, rows]
-            stress[t, rows] = _under_lines(root, teeth, *lines, places)
-    return RootOverWidth(root.places - solver.offsets[gear], stress)
+            lines = force[t, rows], changes[t, rows], arcs[t, rows], places
+            stress[t, rows], slopes[t, rows] = _under_lines(root, teeth, *lines)
+    return RootOverWidth(root.places - solver.offsets[gear], stress, slopes)
 
 
 def _under_lines(
+    root: WideRoot,
+    teeth: Indices,
+    force: Array,
+    changes: Array,
+    arcs: Array,
+    places: Array,
+) -> tuple[Array, Array]:
+    """Tension (n, k, z) of the teeth of pairs under forces (n, k, m) [N].
+
+    And its slopes (n, k, z, x) by changes (n, k, m, x) of the forces.
+    """
+    stress = np.zeros((len(force), teeth.size, root.places.size))
+    slopes = np.zeros((*stress.shape, changes.shape[-1]))
+    points = {}
+    for k, tension in _along_fillets(root, teeth, force, arcs, places):
+        points[k] = root.largest_at(tension)
+        largest = np.take_along_axis(tension, points[k], axis=1)[:, 0]
+        stress[:, k] = np.maximum(largest, 0.0)
+    for x in range(changes.shape[-1]):
+        for k, tension in _along_fillets(root, teeth, changes[..., x], arcs, places):
+            if k in points:
+                of_largest = np.take_along_axis(tension, points[k], axis=1)
+                slopes[:, k, :, x] = of_largest[:, 0]
+    slopes[stress == 0.0] = 0.0
+    return stress, slopes
+
+
+def _along_fillets(
     root: WideRoot, teeth: Indices, force: Array, arcs: Array, places: Array
-) -> Array:
-    """Tension (n, k, z) of the teeth of pairs under forces (n, k, m) [N]."""
+) -> Iterator[tuple[int, Array]]:
+    """Each pair with the tension (n, f, z) of its tooth under forces (n, k, m) [N]."""
     every = range(teeth.size)
     places = np.broadcast_to(places, (len(force), places.size))
     # what a load does depends on how far its tooth is from the stressed one
@@ -147,7 +184,6 @@ def _under_lines(
             if force[:, j].any():
                 load = LineLoad(distance, arcs[:, j], places, force[:, j])
                 effects[j, distance] = root.along_fillet([load])
-    tensions = np.zeros((len(force), teeth.size, root.places.size))
     for k in every:
         parts = [
             effects[j, distance]
@@ -155,8 +191,7 @@ def _under_lines(
             if (j, distance := int(teeth[j] - teeth[k])) in effects
         ]
         if parts:
-            tensions[:, k] = root.largest(np.sum(parts, axis=0))
-    return tensions
+            yield k, np.sum(parts, axis=0)
 
 
 def _tensions(

@@ -14,6 +14,8 @@ from fegear.contact.result import ContactCycle, joined_cycles
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.cache import cached_root_influence, cached_wide_root
+from fegear.elasticity.material import PlaneMaterial
+from fegear.elasticity.wide_root import WideRoot
 from fegear.files.errors import InputError
 from fegear.files.timing import recorded_stages, stage
 from fegear.gearset.model import GearSet
@@ -37,7 +39,7 @@ from lumped.common.array_types import Array
 from lumped.common.checks import plain_numbers
 from lumped.common.progress import Progress, silent
 from lumped.train.table import MeshTable
-from meshes import MeshSize
+from meshes import MeshSize, SpurGear
 
 MAX_COMPARED = 2048  # positions that are solved again, coarser
 
@@ -210,13 +212,36 @@ def _root_stresses(
     """
     if not settings.root_stress:
         return None
-    gears = [gear_set.gears[index] for index in gear_set.meshes[mesh].gears]
-    sectors = [(g.geometry, settings.material(g), size or settings.size) for g in gears]
     if isinstance(problem.solver, WidthContact):
-        roots = [cached_wide_root(*sector) for sector in sectors]
+        roots = wide_roots(gear_set, mesh, settings, size)
         return root_stresses_over_width(problem, problem.solver, cycle, roots)
-    influences = [cached_root_influence(*sector) for sector in sectors]
+    influences = [
+        cached_root_influence(*sector)
+        for sector in _sectors(gear_set, mesh, settings, size)
+    ]
     return root_stresses(problem, cycle, influences)
+
+
+def wide_roots(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    size: MeshSize | None = None,
+) -> tuple[WideRoot, ...]:
+    """Root stress over the width under loads on driver and driven gear.
+
+    size : instead of that of the settings
+    """
+    sectors = _sectors(gear_set, mesh, settings, size)
+    return tuple(cached_wide_root(*sector) for sector in sectors)
+
+
+def _sectors(
+    gear_set: GearSet, mesh: int, settings: StaticsSettings, size: MeshSize | None
+) -> list[tuple[SpurGear, PlaneMaterial, MeshSize]]:
+    """Geometry, material and mesh size of driver and driven gear."""
+    gears = [gear_set.gears[index] for index in gear_set.meshes[mesh].gears]
+    return [(g.geometry, settings.material(g), size or settings.size) for g in gears]
 
 
 def _estimate_errors(

@@ -67,6 +67,29 @@ def test_the_other_hand_mirrors_the_width(solved):
 
 
 @pytest.mark.slow
+def test_the_other_hand_mirrors_a_topography():
+    one, two = HELICAL["gear"]
+    mesh = HELICAL["mesh"][0]
+    depths = np.array([[0.0, 2.0, 6.0], [3.0, 0.0, -1.0]])
+    cycles = []
+    for hand, across in (("right", depths), ("left", depths[:, ::-1])):
+        grid = {
+            "roll_angle_deg": [16.0, 30.0],
+            "place_mm": [-8.0, 0.0, 8.0],
+            "depth_um": across.tolist(),
+            "bias_um": 4.0 if hand == "right" else -4.0,
+        }
+        gears = {**HELICAL, "gear": [{**one, "hand": hand}, two]}
+        gears["mesh"] = [{**mesh, "driver_topography": grid}]
+        solved = fegear.solve_mesh(fegear.make_gear_set(gears), settings=COARSE)
+        cycles.append(solved.cycle)
+    assert cycles[0].ste == pytest.approx(cycles[1].ste, rel=1e-9)
+    loads = cycles[1].face.load[..., ::-1]
+    assert cycles[0].face.load == pytest.approx(loads, abs=1e-6 * loads.max())
+    assert np.abs(cycles[0].face.load - cycles[1].face.load).max() > 0.1 * loads.max()
+
+
+@pytest.mark.slow
 def test_loads_of_pairs_follow_from_gaps_and_compliances(solved):
     """Pair loads times pair stiffness is what a lumped mesh takes."""
     loaded = solved.cycle.load > 0.0

@@ -9,7 +9,13 @@ from typing import Any
 import numpy as np
 
 from fegear.commands.relief.objective import ReliefObjective, peak_to_peak
-from fegear.commands.relief.quantities import SCALES, Quantity, no_slopes, responses
+from fegear.commands.relief.quantities import (
+    SCALES,
+    Quantity,
+    SlopedCycle,
+    no_slopes,
+    responses,
+)
 from fegear.contact.result import ContactCycle
 from fegear.gearset.model import GearSet
 from fegear.statics.mesh_result import StaticsResult
@@ -23,6 +29,7 @@ LARGEST: Mapping[Quantity, str] = {
     "distribution": "load_distribution_factor_{}",
     "line_load": "line_load_{}_N_per_mm",
     "pressure": "pressure_{}_MPa",
+    "root_stress": "root_stress_{}_MPa",
 }
 
 
@@ -69,7 +76,12 @@ class SolvedCases:
 
     def values(self, names: Sequence[Quantity]) -> dict[Quantity, Array]:
         """Quantities (c, q) of all cases."""
-        every = responses(names, [(cycle, no_slopes(cycle)) for cycle in self.cycles])
+        cycles = []
+        for result in self.results:
+            roots = result.roots.over_width if result.roots else ()
+            cycle = result.cycle
+            cycles.append(SlopedCycle(cycle, no_slopes(cycle), roots))
+        every = responses(names, cycles)
         return {name: one.values for name, one in every.items()}
 
     def objective(self, objective: ReliefObjective) -> float:
@@ -93,6 +105,8 @@ class SolvedCases:
         of each case (c,) in the units of LARGEST.
         """
         names: list[Quantity] = list(LARGEST) if self.vary_over_width else ["ste"]
+        if not all(result.roots for result in self.results):
+            names = [name for name in names if name != "root_stress"]
         return {
             name: (peak_to_peak(one) if name == "ste" else one.max(axis=1))
             / SCALES[name]

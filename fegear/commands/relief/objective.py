@@ -2,10 +2,10 @@
 
 Measures of the transmission error in a case, at a torque and a misalignment, are its
 peak to peak, or the root of the sum of the squares of amplitudes of chosen harmonics of
-the mesh frequency; those of pressures, loads and of their distribution over the width
-are the largest values. All are convex, so that the best step of a linear change is that
-of linear programs: one in epigraph form, and a few for harmonics, each with cuts at the
-solution of the one before (Kelley 1960).
+the mesh frequency; those of pressures, loads, their distribution over the width and
+root stresses are the largest values. All are convex, so that the best step of a linear
+change is that of linear programs: one in epigraph form, and a few for harmonics, each
+with cuts at the solution of the one before (Kelley 1960).
 """
 
 from __future__ import annotations
@@ -20,7 +20,13 @@ from fegear.commands.relief.quantities import SCALES, Quantity, SlopedValues
 from lumped.common.array_types import Array
 
 Objective = Literal[
-    "largest", "mean", "harmonics", "pressure", "line_load", "distribution"
+    "largest",
+    "mean",
+    "harmonics",
+    "pressure",
+    "line_load",
+    "distribution",
+    "root_stress",
 ]
 MAX_CUTS = 12  # linear programs of a step for harmonics
 CUT_RTOL = 1e-3  # of the objective, by which the last one may be below it
@@ -30,6 +36,7 @@ QUANTITY_OF: Mapping[str, Quantity] = {
     "pressure": "pressure",
     "line_load": "line_load",
     "distribution": "distribution",
+    "root_stress": "root_stress",
 }
 
 

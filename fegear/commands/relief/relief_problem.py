@@ -21,6 +21,7 @@ import numpy as np
 
 from fegear.commands.relief.quantities import (
     Quantity,
+    SlopedCycle,
     SlopedValues,
     Slopes,
     no_slopes,
@@ -32,8 +33,10 @@ from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
 from fegear.contact.width.flank_changes import changed_flanks
+from fegear.elasticity.wide_root import WideRoot
 from fegear.gearset.modifications import LEAD_SIZES, FlankLead, Relief, ReliefShape
 from fegear.gearset.zones import Zones, zones
+from fegear.statics.root_stress import root_stresses_over_width
 from lumped.common.array_types import Array
 from lumped.common.units import MM, UM
 
@@ -135,6 +138,7 @@ class ReliefProblem:
     leads : that are sought
     solvers : of cases with other misalignment, in place of that of `contact`
     quantities : that are asked for
+    roots : root stress of driver and driven gear, where it is asked for
     """
 
     contact: ContactProblem
@@ -147,6 +151,7 @@ class ReliefProblem:
     leads: tuple[LeadRange, ...] = ()
     solvers: tuple[PlaneContact | WidthContact, ...] = ()
     quantities: tuple[Quantity, ...] = ("ste",)
+    roots: tuple[WideRoot, ...] = ()
 
     @property
     def groups(self) -> tuple[tuple[ReliefRange, ...], ...]:
@@ -238,11 +243,11 @@ class ReliefProblem:
 
     def values(self, design: Array) -> dict[Quantity, Array]:
         """What is asked for, in cases of misalignment and torque (c, q)."""
-        cycles = [
-            solve_cycle(case, self.torques, self.positions)
-            for case in self._cases(design)
-        ]
-        solved = responses(self.quantities, [(one, no_slopes(one)) for one in cycles])
+        cycles = []
+        for case in self._cases(design):
+            cycle = solve_cycle(case, self.torques, self.positions)
+            cycles.append(self._with_roots(case, cycle, no_slopes(cycle)))
+        solved = responses(self.quantities, cycles)
         return {name: response.values for name, response in solved.items()}
 
     def responses(self, design: Array) -> dict[Quantity, SlopedValues]:
@@ -250,8 +255,20 @@ class ReliefProblem:
         cycles = []
         for case in self._cases(design):
             cycle = solve_cycle(case, self.torques, self.positions, with_slopes=True)
-            cycles.append((cycle, self._slopes(case, cycle)))
+            cycles.append(self._with_roots(case, cycle, self._slopes(case, cycle)))
         return responses(self.quantities, cycles)
+
+    def _with_roots(
+        self, case: ContactProblem, cycle: ContactCycle, slopes: Slopes
+    ) -> SlopedCycle:
+        """A solved cycle with its root stress, where that is asked for."""
+        solver = case.solver
+        if "root_stress" not in self.quantities or isinstance(solver, PlaneContact):
+            return SlopedCycle(cycle, slopes)
+        stresses = root_stresses_over_width(
+            case, solver, cycle, self.roots, slopes.load
+        )
+        return SlopedCycle(cycle, slopes, stresses.over_width)
 
     def _slopes(self, contact: ContactProblem, cycle: ContactCycle) -> Slopes:
         by_size = list(self._size_slopes())

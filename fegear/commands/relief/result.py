@@ -13,6 +13,7 @@ import numpy as np
 from fegear.commands.relief.best_relief import MIN_EFFECT
 from fegear.commands.relief.cases import LARGEST
 from fegear.commands.relief.objective import QUANTITY_OF, ReliefObjective
+from fegear.commands.relief.quantities import Quantity
 from fegear.commands.relief.relief_problem import PLACES
 from fegear.files.codes import with_code
 from fegear.files.output import write_text
@@ -36,12 +37,14 @@ OBJECTIVE_TEXTS = {
     "pressure": "largest contact pressure",
     "line_load": "largest load per length on a band of the width",
     "distribution": "largest load distribution factor K_Hbeta",
+    "root_stress": "largest tooth-root stress",
 }
 UNITS: Mapping[str, str] = {
     "ste": "um",
     "pressure": "MPa",
     "line_load": "N/mm",
     "distribution": "",
+    "root_stress": "MPa",
 }
 MAX_LINEAR_ERROR = 0.1  # of the band by derivatives
 LIMIT_RTOL = 1e-3  # within which a magnitude is at its limit
@@ -67,14 +70,12 @@ TORQUE_COLUMNS: Columns = {
 MISALIGNMENT_COLUMNS: Columns = {
     "misalignment\num": lambda row: f"{row['misalignment_um']:g}"
 }
-WIDTH_COLUMNS: Columns = {
-    f"{title}\n{when}{unit}": cell(name.format(when), 4)
-    for name, title, unit in (
-        (LARGEST["distribution"], "K_Hbeta", ""),
-        (LARGEST["line_load"], "band load", " [N/mm]"),
-        (LARGEST["pressure"], "pressure", " [MPa]"),
-    )
-    for when in ("before", "after")
+# titles and units of columns of values over the width
+OVER_WIDTH: Mapping[Quantity, tuple[str, str]] = {
+    "distribution": ("K_Hbeta", ""),
+    "line_load": ("band load", " [N/mm]"),
+    "pressure": ("pressure", " [MPa]"),
+    "root_stress": ("root stress", " [MPa]"),
 }
 COMPROMISE_COLUMNS: Columns = {
     "at the lowest\ntorque [um]": cell("lowest_um", 4),
@@ -467,8 +468,11 @@ class ReliefResult(StudyResult):
         columns = dict(TORQUE_COLUMNS)
         if "misalignment_um" in self.rows[0]:
             columns = MISALIGNMENT_COLUMNS | columns
-        if "pressure_after_MPa" in self.rows[0]:
-            columns |= WIDTH_COLUMNS
+        for quantity, (title, unit) in OVER_WIDTH.items():
+            for when in ("before", "after"):
+                name = LARGEST[quantity].format(when)
+                if name in self.rows[0]:
+                    columns[f"{title}\n{when}{unit}"] = cell(name, 4)
         return columns
 
     @property

@@ -20,10 +20,12 @@ from fegear.commands.relief.relief_problem import (
     lead_ranges,
     relief_ranges,
 )
+from fegear.elasticity.wide_root import WideRoot
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.modifications import ReliefShape
 from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
+from fegear.statics.solving import wide_roots
 from fegear.studies.trains.gear_sets import GearSetRef
 from lumped.common.array_types import Array
 from lumped.common.units import UM
@@ -151,4 +153,12 @@ class SoughtMesh:
             shape=self.shape,
             leads=lead_ranges(self.role, self.leads, max_lead, gear.face_width),
             solvers=tuple(one.solver for one in contacts),
+            roots=self._roots,
         )
+
+    @property
+    def _roots(self) -> tuple[WideRoot, ...]:
+        """Root stress of both gears, where it is asked for."""
+        if not self.settings.root_stress:
+            return ()
+        return wide_roots(self.gear_sets[0], self.index, self.settings)

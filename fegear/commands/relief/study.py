@@ -84,6 +84,7 @@ Goal = Literal[
     "pressure",
     "line_load",
     "distribution",
+    "root_stress",
 ]
 SHOWN_TORQUES, SHOWN_OVER_WIDTH = 41, 7  # of the figure
 MAX_OVER_ERROR = 2.0  # default largest relief over the largest transmission error
@@ -211,7 +212,8 @@ class ReliefDesign(
         "dynamic transmission error over speeds, by sweeps of the coupled model; of "
         "loads that vary over the face width, at the worst torque, pressure: largest "
         "contact pressure; line_load: largest load per length of contact on a band of "
-        "the width; distribution: load distribution factor K_Hbeta.",
+        "the width; distribution: load distribution factor K_Hbeta; root_stress: "
+        "largest tooth-root stress of both gears.",
     )
     also: tuple[tuple[Objective, float], ...] = setting(
         (),
@@ -391,7 +393,7 @@ class ReliefDesign(
             places=tuple(p for p in PLACES if getattr(self, p.partition("_")[2])),
             leads=self.lead,
             misalignments_um=self.misalignment_um,
-            settings=replace(self.elements, root_stress=False),
+            settings=replace(self.elements, root_stress="root_stress" in self._goals),
             shape=self.shape,
         )
 

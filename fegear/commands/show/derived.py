@@ -17,7 +17,12 @@ from fegear.gearset.helix import hand
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.leads import width_gap
 from fegear.gearset.model import Gear, GearSet, Mesh
-from fegear.gearset.modifications import FlankLead, FlankProfile, Relief
+from fegear.gearset.modifications import (
+    FlankLead,
+    FlankProfile,
+    FlankTopography,
+    Relief,
+)
 from fegear.gearset.phases import geometric_phase, mesh_phases
 from fegear.gearset.pitch_errors import tooth_pair_errors
 from fegear.gearset.plausibility import gear_set_warnings
@@ -290,6 +295,7 @@ def _flank_figures(gear: Gear, mesh: Mesh, role: str) -> dict[str, Any]:
         "root_relief": _relief_figures(modified.root_relief, flank, flank.start),
         "profile": _profile_figures(modified.profile, flank),
         "lead": _lead_figures(modified.lead),
+        "topography": _topography_figures(modified.topography),
     }
 
 
@@ -319,6 +325,21 @@ def _lead_figures(lead: FlankLead | None) -> dict[str, float] | None:
         "slope_um": 1e6 * lead.slope,
         "end_relief_um": 1e6 * lead.end_relief,
         "end_relief_length_mm": 1e3 * lead.end_length,
+    }
+
+
+def _topography_figures(
+    topography: FlankTopography | None,
+) -> dict[str, float] | None:
+    """Number of points and range of depths of a topography."""
+    if topography is None:
+        return None
+    depths = np.array(topography.depths)
+    return {
+        "roll_angles": len(topography.roll_lengths),
+        "places": len(topography.places),
+        "least_depth_um": 1e6 * float(depths.min()),
+        "largest_depth_um": 1e6 * float(depths.max()),
     }
 
 

@@ -288,7 +288,7 @@ def _figures_table(
 
 
 def flattened(figures: dict[str, Any]) -> dict[str, Any]:
-    """Reliefs as `tip_relief.shape` and so on, profiles and leads alike; without those
+    """Reliefs as `tip_relief.shape` and so on, other modifications alike; without those
     that are not there, and without faults, which have lines of their own."""
     flat: dict[str, Any] = {}
     for key, value in figures.items():
@@ -296,7 +296,7 @@ def flattened(figures: dict[str, Any]) -> dict[str, Any]:
             continue
         if isinstance(value, dict):
             flat |= {f"{key}.{name}": inner for name, inner in value.items()}
-        elif not key.endswith(("_relief", "profile", "lead")):
+        elif not key.endswith(("_relief", "profile", "lead", "topography")):
             flat[key] = value
     return flat
 

@@ -350,8 +350,9 @@ class StiffnessResult(StudyResult):
     def _carried_over(self) -> str:
         """Which of both stiffnesses describes vibration about the load elsewhere."""
         mean = "mean k is the load over the deflection from no load"
-        solver, leads = self.solved.problem.solver, self.solved.problem.leads
-        if np.ptp(solver.gap_with(leads, solver.places)):
+        problem = self.solved.problem
+        gap = problem.solver.gap_with(problem.leads, problem.solver.places)
+        if np.ptp(gap) or any(problem.topographies):
             last = self.summary["torques"][-1]
             names = "mean_stiffness_N_per_m", "mean_local_stiffness_N_per_m"
             below = 100.0 * (1.0 - last[names[0]] / last[names[1]])

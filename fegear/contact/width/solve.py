@@ -121,11 +121,13 @@ class FaceSolver:
             angle=np.abs(patches.tilt[:, 1]),
         )
         is_there = patches.closing_ste < NO_FLANK_GAP
+        closing = np.where(is_there, arms[0] / pair.driver.base_radius, 1.0)
+        gap = patches.closing_ste + self._depth_at(parts) / closing
         margin = PATH_MARGIN * pair.base_pitch
         return LinesOfContact(
             parts=parts,
             slices=slices,
-            gap=np.where(is_there, patches.closing_ste, np.inf),
+            gap=np.where(is_there, gap, np.inf),
             closing=cosine * arms[0] / pair.driver.base_radius,
             arm=pair.driver.sign * (cosine * arms[0] - friction * arms[2]),
             driven_arm=pair.driven.sign * (cosine * arms[1] - friction * arms[3]),
@@ -149,6 +151,23 @@ class FaceSolver:
         place : (p,) from the middle of the common width [m]
         """
         return self.face.gap_with(self.problem.leads, place)
+
+    def _depth_at(self, parts: LineParts) -> Array:
+        """Depth of both topographies (p,) where parts touch [m]."""
+        depth, pair = np.zeros(parts.place.size), self.problem.pair
+        of_gears = zip(
+            (pair.driver, pair.driven),
+            self.problem.topographies,
+            self.face.offsets,
+            parts.arcs.T,
+            strict=True,
+        )
+        for gear, topography, offset, arc in of_gears:
+            if topography is not None:
+                squared = gear.tip_roll_length**2 - 2.0 * gear.base_radius * arc
+                roll_length = np.sqrt(np.maximum(squared, 0.0))
+                depth += topography.depth(roll_length, parts.place + offset)
+        return depth
 
     def _parts_of_slices(
         self, middle: Array, slope: float

@@ -262,6 +262,31 @@ def lead_keys(lead: str) -> dict[str, Key]:
     return {f"mesh.{lead}.{name}": case for name, case in values.items()}
 
 
+GRIDS = {
+    # roll angles of the flanks of each gear
+    "driver_topography": [15.0, 22.0, 28.0],
+    "driven_topography": [17.0, 22.0, 27.0],
+}
+
+
+def topography_keys(topography: str) -> dict[str, Key]:
+    grid = {
+        "roll_angle_deg": GRIDS[topography],
+        "place_mm": [-4.0, 3.0],
+        "depth_um": [[0.0, 2.0], [1.0, 0.0], [3.0, 4.0]],
+    }
+    tables = edited(PAIR, {f"mesh.1.{topography}": grid})
+    values = {
+        "roll_angle_deg": [angle + 0.5 for angle in GRIDS[topography]],
+        "place_mm": [-3.0, 2.0],
+        "depth_um": [[0.0, 3.0], [1.0, 0.0], [3.0, 2.0]],
+        "bias_um": 4.0,
+    }
+    cases = {name: Key(setting, (STIFF,), tables) for name, setting in values.items()}
+    cases["file"] = Key("none.csv", (), PAIR)
+    return {f"mesh.{topography}.{name}": case for name, case in cases.items()}
+
+
 RING: Tables = {
     "name": "ring",
     "defaults": {"module_mm": 2.0, "face_width_mm": 10.0},
@@ -363,6 +388,7 @@ KEYS: dict[str, Key] = {
         for lead in ("lead", "driver_lead", "driven_lead")
         for key, case in lead_keys(lead).items()
     },
+    **{key: case for grid in GRIDS for key, case in topography_keys(grid).items()},
     "mesh.misalignment_um": Key(6.0, (SHOWN, STIFF)),
     "mesh.offset_mm": Key(2.0, (SHOWN, STIFF)),
     "plane": Key("strain", (STIFF, FINITE)),

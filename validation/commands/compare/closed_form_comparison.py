@@ -130,12 +130,16 @@ def _unknown_to_closed_forms(solved: _SolvedMesh) -> Iterator[str]:
             "closed forms K_Hbeta alone has",
         )
     for gear, flank in zip(solved.gears, problem.flanks, strict=True):
-        if flank.lead:
-            yield with_code(
-                "W25",
-                f'gear "{gear.name}" has a lead modification, which the closed forms '
-                "leave out",
-            )
+        for modification, value in (
+            ("lead modification", flank.lead),
+            ("topography", flank.topography),
+        ):
+            if value:
+                yield with_code(
+                    "W25",
+                    f'gear "{gear.name}" has a {modification}, which the closed forms '
+                    "leave out",
+                )
         for end, relief in zip(("tip", "root"), flank.reliefs, strict=True):
             if relief:
                 yield with_code(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from cli_commands import refused
 from scipy.optimize import minimize
-from sliced_pairs import WIDTH, problem, slope
+from sliced_pairs import WIDTH, problem, slope, wide_roots
 from wide_sets import HELICAL
 
 import fegear
@@ -58,6 +58,7 @@ def lead_problem(helix_angle_deg, names, gaps=(8e-6,), positions=4, places=()):
         leads=lead_ranges("driver", names, 20e-6, WIDTH),
         solvers=tuple(misaligned(contact, gap) for gap in gaps),
         quantities=tuple(QUANTITIES),
+        roots=wide_roots(helix_angle_deg),
     )
 
 
@@ -149,7 +150,9 @@ def test_a_slope_takes_a_misalignment_away(helix_angle_deg):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("goal", ["distribution", "pressure", "line_load", "largest"])
+@pytest.mark.parametrize(
+    "goal", ["distribution", "pressure", "line_load", "root_stress", "largest"]
+)
 def test_no_crowning_and_slope_of_a_grid_is_better(goal):
     """A grid of 400 designs, in the worst of three misalignments."""
     sought = lead_problem(18.0, ("crowning", "slope"), (-4e-6, 2e-6, 8e-6))
@@ -244,8 +247,44 @@ def test_spur_gears_have_leads_where_they_are_sought():
     assert "driver_lead.slope: the depth ends at the largest allowed, 5 um" in warning
 
 
+@pytest.mark.slow
+def test_root_stress_is_that_of_the_written_gear_set(helical, tmp_path):
+    study = fegear.ReliefDesign(
+        gear_set=GearSetRef(name=str(helical)),
+        torque=(60.0, 120.0),
+        misalignment_um=(-6.0, 6.0),
+        lead=("crowning", "slope"),
+        objective="root_stress",
+        tip=False,
+        starts=1,
+        elements=COARSE,
+    )
+    result = fegear.run(study)
+    result.write(tmp_path / "best.toml")
+    assert result.after < 0.98 * result.before
+    settings = replace(COARSE, root_stress=True)
+    largest = []
+    for row in result.rows:
+        edits = {"mesh.1.misalignment_um": row["misalignment_um"]}
+        for when, file in (("before", helical), ("after", tmp_path / "best.toml")):
+            more = {"mesh.1.lead.slope_um": 0.0} if when == "before" else {}
+            gears = fegear.load_gear_set(file, more | edits)
+            solved = fegear.solve_mesh(gears, 1, [row["torque_Nm"]], settings)
+            names = "driver_root_stress_MPa", "driven_root_stress_MPa"
+            stress = max(solved.key_figures[0][name] for name in names)
+            assert row[f"root_stress_{when}_MPa"] == pytest.approx(stress, rel=1e-8)
+        largest.append(stress)
+    assert result.summary["objective_after_MPa"] == pytest.approx(max(largest))
+    titles = {title for part in result.page() for title in getattr(part, "columns", ())}
+    assert "root stress\nafter [MPa]" in titles
+    table = result.more_tables["torques"]
+    assert list(table.names[-2:]) == ["root_stress_before_Pa", "root_stress_after_Pa"]
+
+
 REFUSED = [
     ({"objective": "pressure"}, "needs loads that vary over the face width"),
+    ({"objective": "root_stress"}, "objective = root_stress; needs loads that vary"),
+    ({"also": (("root_stress", 1.0),)}, "objective = root_stress; needs loads that"),
     ({"tip": False}, "tip = off; a relief or a lead must be sought"),
     ({"lead": ("slope",)}, "plane = stress; must be width"),
     ({"compromises": 3, "also": (("mean", 1.0),)}, "compromises = 3; are those of"),
