@@ -11,6 +11,7 @@ from wide_sets import HELICAL
 import fegear
 from fegear.commands.stiffness.face_figure import draw_face
 from fegear.commands.stiffness.path_figure import draw_path, pair_along_path
+from fegear.commands.stiffness.sheet_figure import draw_sheet
 from fegear.contact.path import roll_angles
 from fegear.files.errors import InputError
 from fegear.gearset.axial_forces import axial_force_on_driver
@@ -177,6 +178,32 @@ def test_the_picture_of_the_path_is_of_places_on_it(solved):
     assert line.get_ydata()[::2] == pytest.approx(
         1e-3 * solved.cycle.face.per_width[0].mean(axis=0)
     )
+
+
+@pytest.mark.slow
+def test_the_page_of_a_pair_has_cycle_flank_and_spectrum(solved):
+    """Over the cycle on the left, over the flank on the right, in the same colours."""
+    figure = draw_sheet(solved)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert len(labels) == 9  # with the scale of the pressure
+    spectrum = labels.index("amplitude of the\ntransmission error [um]")
+    ste = solved.table["ste_m"]
+    by_fft = 2e6 * np.abs(np.fft.rfft(ste, axis=1))[:, 1:4] / ste.shape[1]
+    bars = [bar.get_height() for bar in figure.axes[spectrum].patches]
+    count = len(bars) // len(ste)
+    heights = np.reshape(bars, (len(ste), count))
+    assert heights == pytest.approx(by_fft[:, :count], rel=1e-9)
+    colors = {
+        line.get_label(): line.get_color()
+        for axes in figure.axes
+        for line in axes.lines
+        if "N m" in str(line.get_label())
+    }
+    of_loads = figure.axes[labels.index("mesh stiffness F / (δ - δ₀) [N/um]")].lines
+    torque = f"{solved.table.torque_Nm[0]:g} N m"
+    assert tuple(of_loads[0].get_color()) == tuple(colors[torque])
+    assert solved.roots is None  # whose panel is empty
+    assert len([axes for axes in figure.axes if axes.axison]) == len(labels) - 1
 
 
 @pytest.mark.slow

@@ -25,6 +25,7 @@ PAIR_COLORS = (
     *("tab:orange", "tab:red", "tab:brown", "tab:pink", "tab:olive"),
     *("tab:green", "tab:purple", "tab:gray", "black"),
 )
+HEIGHTS = 1.35, 1.0, 1.0, 0.8  # of panels
 DARKEST, LIGHTEST = 0.0, 0.85  # of the colours of torques
 
 
@@ -34,26 +35,33 @@ def draw_table(result: StaticsResult, title: str = "") -> Figure:
     Over SHOWN_PITCHES at most where tooth pairs differ, around the one that differs
     most.
     """
+    figure, rows = panels(4, size=(10.0, 11.6), heights=HEIGHTS)
+    draw_cycle([row[0] for row in rows], result)
+    draw_title(figure, title)
+    return figure
+
+
+def draw_cycle(panels_of_cycle: Sequence[Axes], result: StaticsResult) -> None:
+    """Draw into four panels, from the upper one down, as `draw_table`."""
     shown = min(result.pitches, SHOWN_PITCHES)
     first = _most_different(result.table, result.pitches, shown)
     table = _pitches_window(result.table, result.pitches, first, shown)
-    heights = (1.35, 1.0, 1.0, 0.8)
-    figure, rows = panels(4, size=(10.0, 11.6), heights=heights, share=True)
-    stiffness, error, varying, share = every = [row[0] for row in rows]
+    stiffness, error, varying, share = panels_of_cycle
     middle = table.torque_Nm.size // 2
     _draw_stiffness(stiffness, table, middle)
     _draw_error(error, table)
     _draw_varying_error(varying, table, result.table)
     _draw_share(share, table, middle)
-    for axes in every:
+    for axes in panels_of_cycle:
+        if axes is not share:
+            axes.sharex(share)
+            axes.tick_params(labelbottom=False)
         _shade_contact(axes, table, middle, named=axes is stiffness)
         # outside the panel, where it covers no curve
         axes.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
     left = f", {shown} of {result.pitches}" if shown < result.pitches else ""
     share.set_xlabel(f"mesh position [base pitches from the pitch point{left}]")
     share.set_xlim(first, first + shown)
-    draw_title(figure, title)
-    return figure
 
 
 def _most_different(table: MeshTable, pitches: int, shown: int) -> int:
@@ -84,7 +92,7 @@ def _closed_cycle(table: MeshTable, values: NDArray) -> tuple[NDArray, NDArray]:
     )
 
 
-def _torque_colors(table: MeshTable) -> list[Any]:
+def torque_colors(table: MeshTable) -> list[Any]:
     """A colour for each torque, lighter from one to the next."""
     from matplotlib import colormaps
 
@@ -97,18 +105,18 @@ def _draw_by_torque(
     axes: Axes, table: MeshTable, values: NDArray, labels: Sequence[str]
 ) -> None:
     """A curve for each torque with its label."""
-    for color, label, curve in zip(_torque_colors(table), labels, values, strict=True):
+    for color, label, curve in zip(torque_colors(table), labels, values, strict=True):
         axes.plot(*_closed_cycle(table, curve), color=color, lw=1.8, label=label)
 
 
-def _torque_labels(table: MeshTable, template: str) -> list[str]:
+def torque_labels(table: MeshTable, template: str) -> list[str]:
     return [template.format(torque) for torque in table.torque_Nm]
 
 
 def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
-    labels = _torque_labels(table, "total at {:.4g} N m")
+    labels = torque_labels(table, "total at {:.4g} N m")
     _draw_by_torque(axes, table, 1e-6 * table["stiffness_N_per_m"], labels)
-    torque, color = table.torque_Nm[middle], _torque_colors(table)[middle]
+    torque, color = table.torque_Nm[middle], torque_colors(table)[middle]
     position, k = _closed_cycle(table, table["local_stiffness_N_per_m"][middle])
     label = f"local slope dF/dδ\nat {torque:.4g} N m"
     axes.plot(position, 1e-6 * k, ":", color=color, lw=1.4, label=label)
@@ -128,7 +136,7 @@ def _draw_stiffness(axes: Axes, table: MeshTable, middle: int) -> None:
 
 
 def _draw_error(axes: Axes, table: MeshTable) -> None:
-    labels = _torque_labels(table, "loaded, {:.4g} N m")
+    labels = torque_labels(table, "loaded, {:.4g} N m")
     _draw_by_torque(axes, table, 1e6 * table["ste_m"], labels)
     position, nlte = _closed_cycle(table, table["nlte_m"][0])
     axes.plot(position, 1e6 * nlte, "r--", lw=1.2, label="no load")

@@ -14,6 +14,7 @@ from fegear.commands.stiffness.crack_tips import CrackIntensities
 from fegear.commands.stiffness.face_figure import draw_face
 from fegear.commands.stiffness.figure import draw_table
 from fegear.commands.stiffness.path_figure import draw_harris, draw_path
+from fegear.commands.stiffness.sheet_figure import draw_sheet
 from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
 from fegear.gearset.helix import hand
@@ -314,12 +315,14 @@ class StiffnessResult(StudyResult):
 
     @property
     def figures(self) -> dict[str, Draw]:
+        is_uniform = self.solved.cycle.face.is_uniform
         over_face = {"face": partial(draw_face, self.solved, self._title)}
+        draw_page = draw_table if is_uniform else draw_sheet
         return {
-            "plot": partial(draw_table, self.solved, self._title),
+            "plot": partial(draw_page, self.solved, self._title),
             "path": partial(draw_path, self.solved, self._title),
             "harris": partial(draw_harris, self.solved, self._title),
-            **({} if self.solved.cycle.face.is_uniform else over_face),
+            **({} if is_uniform else over_face),
         }
 
     @property
