@@ -110,6 +110,8 @@ class FaceLoads(ShortRepr):
     load_change : (t, s, k, m, c) array
         Slopes of the load by the changes of `fegear.contact.width.flank_changes`
         [N/m^2]; of no positions where they were not asked for.
+    groove : float
+        Width between the halves of double helical gears, in the middle, else 0 [m].
     """
 
     width: float
@@ -123,6 +125,7 @@ class FaceLoads(ShortRepr):
     arc: Annotated[Array, Over("tnkmg")]
     coupling: Annotated[Array, Over("tnkk")]
     load_change: Annotated[Array, Over("tskmc")]
+    groove: float = 0.0
 
     @property
     def is_uniform(self) -> bool:
@@ -133,6 +136,11 @@ class FaceLoads(ShortRepr):
     def path_position(self) -> Array:
         """Positions of slices on the path of contact (n, k, m) [base pitches]."""
         return np.asarray(self.reference_position[:, None] + self.teeth[:, None])
+
+    @property
+    def helix_width(self) -> float:
+        """Width along one helix, of double helical gears that of a half [m]."""
+        return 0.5 * self.width if self.groove else self.width
 
     @property
     def slice_length(self) -> float:
@@ -163,7 +171,12 @@ class FaceLoads(ShortRepr):
 
     @property
     def axial_force_on_driver(self) -> Array:
-        """Axial force on the driver, positive toward the far end (t, n) [N]."""
+        """Axial force on the driver, positive toward the far end (t, n) [N].
+
+        Those of the halves of double helical gears cancel.
+        """
+        if self.groove:
+            return np.zeros(self.load.shape[:2])
         normal = self.load.sum(axis=(2, 3)) * self.slice_length
         return np.asarray(-normal * math.sin(self.base_helix_angle) + 0.0)
 
@@ -213,6 +226,8 @@ class ContactCycle(ShortRepr):
         flanks without relief
     driven_torque : (t, n) reaction of the driven gear [N m]
     residual : (t, n) of the complementarity problem, relative
+    axial_float : (t, n) of a driver with two helices that is free along its axis,
+        positive toward the far end [m]; 0 of others
     """
 
     torque: Array
@@ -236,6 +251,7 @@ class ContactCycle(ShortRepr):
     closing: Annotated[Array, Over("tnk", 1.0)]
     driven_torque: Annotated[Array, Over("tn", back=REVERSED)]
     residual: Annotated[Array, Over("tn")]
+    axial_float: Annotated[Array, Over("tn")]
 
     @property
     def mesh_force(self) -> Array:

@@ -10,6 +10,7 @@ from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.problem import ContactProblem, MeshPositions
 from fegear.contact.result import ContactCycle
 from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.double import both_halves
 from lumped.common.array_types import Array, Indices
 
 
@@ -61,8 +62,14 @@ def _solve_flanks(
     match problem.solver:
         case PlaneContact():
             return solve_in_plane(problem, torque, places, with_slopes)
-        case WidthContact() as width:
+        case WidthContact(far=None) as width:
             return solve_over_width(problem, width, torque, places, with_slopes)
+        case WidthContact() as width:
+            near, far = (
+                solve_over_width(problem, half, 0.5 * torque, places, with_slopes)
+                for half in width.halves
+            )
+            return both_halves(near, far, width.groove)
 
 
 def coupling_of_pairs(

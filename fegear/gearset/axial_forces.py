@@ -15,9 +15,13 @@ from fegear.gearset.power_path import mesh_torques_at
 def axial_force_on_driver(gear_set: GearSet, mesh: int, torque: float) -> float:
     """Positive toward the far end [N]; the driven gear has the opposite one.
 
+    Those of the halves of double helical gears cancel.
+
     torque : on the driver of the mesh [N m]
     """
     spec = gear_set.meshes[mesh]
+    if gear_set.common_groove(mesh):
+        return 0.0
     return -gear_set.senses[spec.driver] * torque * spec.pair.driver.twist + 0.0
 
 

@@ -176,6 +176,7 @@ def _build_gear(blank: Blank, teeth: SpurGear) -> Gear:
         bearing_stiffness=None if kx is None or ky is None else (kx, ky),
         rolling_bearing=rolling,
         coupling_stiffness=entry.coupling_stiffness_Nm_per_rad,
+        groove=(entry.gap_mm or 0.0) * MM,
     )
 
 

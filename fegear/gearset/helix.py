@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import math
+
 from fegear.files.errors import InputError
+from fegear.gearset.model import Gear
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import Document, GearEntry, Hand
 from meshes import SpurGear
 
-SIGNS: dict[Hand, int] = {"right": 1, "left": -1}
+SIGNS: dict[Hand, int] = {"right": 1, "left": -1}  # double helical gears have both
 NAMES: dict[int, Hand] = {sign: hand for hand, sign in SIGNS.items()}
 
 
 def hands(document: Document) -> list[int]:
     """1 for each gear with a right-handed helix, -1 for a left-handed one.
+
+    Of a double helical gear that of the near half.
 
     Gears in mesh have opposite hands, an internal gear that of its mates. Where none is
     given, that of the first gear that is linked by meshes is right.
@@ -20,7 +25,11 @@ def hands(document: Document) -> list[int]:
     Raises InputError where helices of two gears in mesh do not fit.
     """
     gears = {gear.name: gear for gear in document.gear}
-    signs = {name: SIGNS[gear.hand] for name, gear in gears.items() if gear.hand}
+    signs = {
+        name: SIGNS[gear.hand]
+        for name, gear in gears.items()
+        if gear.hand and gear.hand in SIGNS
+    }
     for name in gears:
         if name not in signs and not _linked(document, name) & signs.keys():
             signs[name] = 1
@@ -34,6 +43,12 @@ def hands(document: Document) -> list[int]:
                 f"{mesh.label}: helix_angle_deg = {shown(two.helix_angle_deg)} of gear "
                 f'"{two.name}"; must be {shown(one.helix_angle_deg)}, that of its mate '
                 f'"{one.name}"'
+            )
+        if (one.hand == "double") != (two.hand == "double"):
+            single = two if one.hand == "double" else one
+            raise InputError(
+                f'{mesh.label}: hand = "double" and gap_mm are needed of gear '
+                f'"{single.name}" too, its mate is double helical'
             )
         fitting = signs[one.name] * hand_ratio(one, two)
         if one.helix_angle_deg and signs[two.name] != fitting:
@@ -52,10 +67,13 @@ def hand_ratio(one: GearEntry, two: GearEntry) -> int:
 
 
 def hand(teeth: SpurGear) -> Hand | None:
-    """Hand of a gear's helix, None of spur gears."""
-    if not teeth.twist:
-        return None
-    return "right" if teeth.twist > 0.0 else "left"
+    """Hand of a helix, None of spur teeth."""
+    return NAMES[int(math.copysign(1.0, teeth.twist))] if teeth.twist else None
+
+
+def hand_of_gear(gear: Gear) -> Hand | None:
+    """Hand of a gear, which may have halves of both."""
+    return "double" if gear.groove else hand(gear.geometry)
 
 
 def hand_inferences(document: Document) -> list[str]:

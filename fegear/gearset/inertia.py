@@ -1,9 +1,12 @@
 """Mass and polar inertia of a gear: as given, else of the body that is meshed.
 
-The body reaches from the bore to the true outline of the teeth.
+The body reaches from the bore to the true outline of the teeth, and to their roots in
+the groove of a double helical gear.
 """
 
 from __future__ import annotations
+
+import math
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import Gear, GearSet
@@ -17,12 +20,21 @@ MIN_CARRIER_SHARE = 0.01  # of a ring's inertia, in what carries its springs
 
 def body_mass(gear: Gear) -> float:
     """rho b A [kg]."""
-    return gear.density * gear.face_width * section_area(gear.geometry)
+    teeth = gear.geometry
+    in_groove = math.pi * abs(teeth.root_radius**2 - teeth.hub_radius**2)
+    return gear.density * _over_width(gear, section_area(teeth), in_groove)
 
 
 def body_inertia(gear: Gear) -> float:
     """About the axis [kg m2]."""
-    return gear.density * gear.face_width * section_polar_moment(gear.geometry)
+    teeth = gear.geometry
+    in_groove = 0.5 * math.pi * abs(teeth.root_radius**4 - teeth.hub_radius**4)
+    return gear.density * _over_width(gear, section_polar_moment(teeth), in_groove)
+
+
+def _over_width(gear: Gear, of_section: float, in_groove: float) -> float:
+    """A quantity per width over the face width, of which the groove is part."""
+    return (gear.face_width - gear.groove) * of_section + gear.groove * in_groove
 
 
 def mass_of(gear: Gear) -> float:

@@ -10,7 +10,7 @@ from fegear.gearset.modifications import FlankLead
 from fegear.gearset.schema import LeadEntry, MeshEntry, mesh_label
 from lumped.common.array_types import Array
 from lumped.common.units import MM, UM
-from meshes.gear import apart_from, floored
+from meshes.gear import apart_from, ceiled, floored
 
 MIN_COMMON_WIDTH = 0.1  # over which gears face each other, of the narrower one's width
 MAX_OVERLAP_RATIO = 60.0  # beyond, no resolution has few enough slices of the width
@@ -79,7 +79,8 @@ def misaligned_gap(
     spec = gear_set.meshes[mesh]
     angle = 2.0 * spec.pair.operating_pressure_angle
     misalignment = spec.misalignment * (-math.cos(angle) if back else 1.0)
-    return misalignment * (0.5 + places / gear_set.common_width(mesh))
+    span = gear_set.common_width(mesh) + gear_set.common_groove(mesh)
+    return misalignment * (0.5 + places / span)
 
 
 def require_uniform_loads(gear_set: GearSet, task: str) -> None:
@@ -93,6 +94,16 @@ def require_uniform_loads(gear_set: GearSet, task: str) -> None:
             "spur gears with neither lead modification, topography, misalignment_um "
             "nor offset_mm"
         )
+
+
+def require_one_helix(gear_set: GearSet, task: str) -> None:
+    """Refuse double helical gears, for a task that has one helix of a gear."""
+    for gear in gear_set.gears:
+        if gear.groove:
+            raise InputError(
+                f'gear "{gear.name}": hand = "double"; {task} have one helix of a '
+                "gear: allowed is a gear set of one half, with half of the torque"
+            )
 
 
 def require_no_width_gap(gear_set: GearSet, mesh: int, task: str) -> None:
@@ -153,6 +164,7 @@ def require_faces(gear_set: GearSet) -> None:
                 f"must be at most {floored(most / MM)} mm, so that a tenth of the "
                 "narrower width is in mesh"
             )
+        _require_whole_halves(gear_set, number, where)
         _require_engaged(gear_set, number, where)
         _require_narrow(gear_set, number, where)
         misaligned = f"{where}: misalignment_um or lead.slope_um"
@@ -175,6 +187,35 @@ def require_faces(gear_set: GearSet) -> None:
                 depth = getattr(lead, key)
                 name = f"{where}: {role}_lead.{key}_um"
                 _require_shallow(name, depth, gear, signed=key != "end_relief")
+
+
+def _require_whole_halves(gear_set: GearSet, number: int, where: str) -> None:
+    """Require double helical gears whose halves face each other, unmodified."""
+    mesh = gear_set.meshes[number]
+    if not gear_set.common_groove(number):
+        return
+    if mesh.offset:
+        raise InputError(
+            f"{where}: offset_mm = {mesh.offset / MM:.9g}; must be 0 of double helical "
+            "gears, whose halves centre each other"
+        )
+    gears = [gear_set.gears[index] for index in mesh.gears]
+    least = MIN_COMMON_WIDTH * min(gear.helix_width for gear in gears)
+    if not gear_set.helix_width(number) >= least:
+        wide, narrow = sorted(gears, key=lambda gear: gear.groove, reverse=True)
+        raise InputError(
+            f'{where}: gap_mm = {wide.groove / MM:.9g} of gear "{wide.name}" leaves '
+            f"{max(0.0, gear_set.helix_width(number)) / MM:.6g} mm of each half in "
+            f'mesh with gear "{narrow.name}", {narrow.face_width / MM:.9g} mm wide; at '
+            f"least {ceiled(least / MM)} mm are needed"
+        )
+    for role, flank in zip(("driver", "driven"), mesh.flanks, strict=True):
+        if flank.varies_over_width:
+            key = "lead" if flank.lead is not None else "topography"
+            raise InputError(
+                f"{where}: {role}_{key}; not known of double helical gears, whose "
+                "halves have one each"
+            )
 
 
 def _require_engaged(gear_set: GearSet, mesh: int, where: str) -> None:

@@ -35,6 +35,8 @@ class Gear(ShortRepr):
     rolling_bearing : in place of a bearing_stiffness, or None
     coupling_stiffness : torsional, to ground [N m/rad]
     faults : damage and errors of mounting
+    groove : width between the halves of a double helical gear, whose geometry is that
+        of the near half [m]; 0 of others
     plane : state of the finite elements where no other is chosen
     """
 
@@ -53,6 +55,7 @@ class Gear(ShortRepr):
     rolling_bearing: BallBearing | RollerBearing | None = None
     coupling_stiffness: float = 0.0
     faults: Faults = NO_FAULTS
+    groove: float = 0.0
     plane: Plane = DEFAULT_PLANE
 
     def __post_init__(self) -> None:
@@ -61,12 +64,21 @@ class Gear(ShortRepr):
         require_positive(self, *("inertia", "mass", "bearing_stiffness"))
         require_within(self, "poisson_ratio", 0.0, 0.5)
         require_within(self, "coupling_stiffness", 0.0, MAX_COUNT)
+        require_within(self, "groove", 0.0, self.face_width)
         teeth, errors = self.geometry.teeth, len(self.pitch_errors)
         if errors not in (0, teeth):
             raise InputError(f"pitch_errors = {errors} values; {teeth} teeth need each")
         for tooth in self.faults.teeth:
             if not 0 <= tooth < teeth:
                 raise InputError(f"faults of tooth {tooth}; must be 0 to {teeth - 1}")
+
+    @property
+    def helix_width(self) -> float:
+        """Face width of the teeth along one helix [m], of a double one that of a half.
+
+        Halves are free of each other at the groove.
+        """
+        return 0.5 * (self.face_width - self.groove) if self.groove else self.face_width
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -300,7 +312,8 @@ class GearSet(ShortRepr):
     def common_width(self, index: int) -> float:
         """Face width over which the gears of a mesh face each other [m].
 
-        That of the narrower one, unless an axial offset leaves less.
+        That of the narrower one, unless an axial offset leaves less; of double helical
+        gears that of both halves, without the groove.
 
         Parameters
         ----------
@@ -313,7 +326,38 @@ class GearSet(ShortRepr):
             Face width [m].
         """
         low, high = self._common_ends(index)
-        return high - low
+        return high - low - self.common_groove(index)
+
+    def common_groove(self, index: int) -> float:
+        """Width between both halves of a mesh of double helical gears, else 0 [m].
+
+        Parameters
+        ----------
+        index : int
+            Index of the mesh in `meshes`, from 0.
+
+        Returns
+        -------
+        float
+            The wider groove of both gears.
+        """
+        return max(self.gears[gear].groove for gear in self.meshes[index].gears)
+
+    def helix_width(self, index: int) -> float:
+        """Common face width along one helix, of double helical gears that of a half.
+
+        Parameters
+        ----------
+        index : int
+            Index of the mesh in `meshes`, from 0.
+
+        Returns
+        -------
+        float
+            Face width [m].
+        """
+        halves = 2 if self.common_groove(index) else 1
+        return self.common_width(index) / halves
 
     def width_middles(self, index: int) -> tuple[float, float]:
         """Middle of the common width from that of driver and driven gear [m].
@@ -332,7 +376,7 @@ class GearSet(ShortRepr):
         return middle, middle - self.meshes[index].offset
 
     def overlap_ratio(self, index: int) -> float:
-        """Base pitches by which the helix leads over the common width.
+        """Base pitches by which the helix leads over the common width along it.
 
         Parameters
         ----------
@@ -344,7 +388,7 @@ class GearSet(ShortRepr):
         float
             Overlap ratio, 0 of spur gears.
         """
-        return self.meshes[index].pair.overlap_ratio(self.common_width(index))
+        return self.meshes[index].pair.overlap_ratio(self.helix_width(index))
 
     def engagement(self, index: int) -> tuple[float, float]:
         """Positions at which a tooth pair comes into contact and leaves it.

@@ -80,7 +80,8 @@ MaterialName = Annotated[
 Angle = Annotated[float, Field(ge=5.0, le=35.0)]
 Shift = Annotated[float, Field(ge=-2.0, le=2.0)]
 HelixAngle = Annotated[float, Field(ge=0.0, le=45.0)]
-Hand = Literal["right", "left"]
+Hand = Literal["right", "left", "double"]
+MAX_GAP = 0.8  # between the halves of a double helical gear, over the face width
 Entries = Annotated[tuple[Item, ...], Strict(False)]  # a TOML array is a list
 
 
@@ -366,8 +367,14 @@ class GearEntry(GearDefaults):
     )
     hand: Hand | None = Field(
         default=None,
-        description="Hand of the helix. [default: that of its mates reversed, of an "
-        "internal gear that of its mates, right of the first gear]",
+        description="Hand of the helix; double has two halves of opposite hands, the "
+        "near one right-handed on the first such gear. [default: that of its mates "
+        "reversed, of an internal gear that of its mates, right of the first gear]",
+    )
+    gap_mm: Length | None = Field(
+        default=None,
+        description="Width of the groove between the halves of a double helical gear, "
+        "part of the face width.",
     )
     teeth: Teeth
     face_width_mm: FaceWidth
@@ -392,10 +399,17 @@ class GearEntry(GearDefaults):
     @model_validator(mode="after")
     def _helix(self) -> GearEntry:
         """Require what is known of helical gears."""
-        if self.helix_angle_deg == 0.0:
-            if self.hand is not None:
-                raise ValueError(f'hand = "{self.hand}"; helix_angle_deg is needed')
-            return self
+        if self.helix_angle_deg == 0.0 and self.hand is not None:
+            raise ValueError(f'hand = "{self.hand}"; helix_angle_deg is needed')
+        if (self.hand == "double") != (self.gap_mm is not None):
+            key = "gap_mm" if self.gap_mm is None else 'hand = "double"'
+            raise ValueError(f"{key} is needed; a double helical gear has both")
+        if self.gap_mm is not None and not self.gap_mm <= MAX_GAP * self.face_width_mm:
+            most = floored(MAX_GAP * self.face_width_mm)
+            raise ValueError(
+                f"gap_mm = {format_number(self.gap_mm)}; must be at most {most}, "
+                f"{MAX_GAP:g} of the face width"
+            )
         return self
 
     @model_validator(mode="after")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
@@ -19,6 +21,7 @@ from fegear.elasticity.cache import (
 from fegear.elasticity.flank import FlankCompliance
 from fegear.elasticity.material import PlaneMaterial, pressure_in_plane
 from fegear.elasticity.sector import cyclic_sector
+from fegear.elasticity.wide_flank import WideFlank
 from fegear.files.errors import InputError
 from fegear.gearset.inertia import inertia_of, require_inertia_of_bodies
 from fegear.gearset.leads import misaligned_gap
@@ -133,31 +136,61 @@ def _along_width(
     report: Progress,
 ) -> _Elasticity:
     """Elasticity of teeth of their width, and of their sections."""
-    width, size = gear_set.common_width(mesh), resolution.size
-    spec, materials, compliances, wide = gear_set.meshes[mesh], [], [], []
+    spec, size = gear_set.meshes[mesh], resolution.size
+    materials, compliances, wide = [], [], []
     for i, index in enumerate(spec.gears):
         gear = gear_set.gears[index]
         report(f"compliance of {gear.name}", i, 2)
-        material = settings.material(gear, gear.face_width)
+        material = settings.material(gear)
         if settings.root_stress:  # one solution serves both
             cached_wide_root(gear.geometry, material, size)
         wide.append(cached_wide_flank(gear.geometry, material, size))
         section = cached_flank_compliance(gear.geometry, material.section, size)
         materials.append(material)
         compliances.append(section)
-    places = slice_places(width, slices_over_width(gear_set, mesh, resolution))
-    solver = WidthContact(
-        driver=wide[0],
-        driven=wide[1],
-        width=width,
-        gap=misaligned_gap(gear_set, mesh, places),
-        back_gap=misaligned_gap(gear_set, mesh, places, back=True),
-        offsets=gear_set.width_middles(mesh),
-    )
+    if gear_set.common_groove(mesh):
+        far = [flank.mirrored for flank in wide]
+        solver = replace(
+            _along_helix(gear_set, mesh, resolution, wide, side=-1),
+            far=_along_helix(gear_set, mesh, resolution, far, side=1),
+            groove=gear_set.common_groove(mesh),
+        )
+    else:
+        solver = _along_helix(gear_set, mesh, resolution, wide)
     # the solver's driver turns counter-clockwise
     turns_back = rolling_senses(gear_set)[spec.driver] < 0
     return _Elasticity(
         materials, compliances, solver.mirrored if turns_back else solver
+    )
+
+
+def _along_helix(
+    gear_set: GearSet,
+    mesh: int,
+    resolution: Resolution,
+    wide: Sequence[WideFlank],
+    side: int = 0,
+) -> WidthContact:
+    """Slices along one helix.
+
+    wide : compliance of driver and driven gear along it
+    side : -1 for the near half of double helical gears, 1 for the far one, else 0
+    """
+    spec, width = gear_set.meshes[mesh], gear_set.helix_width(mesh)
+    gears = [gear_set.gears[index] for index in spec.gears]
+    middle = 0.5 * side * (gear_set.common_groove(mesh) + width)
+    places = slice_places(width, slices_over_width(gear_set, mesh, resolution))
+    driver, driven = (
+        of_common + middle - 0.5 * side * (gear.groove + gear.helix_width)
+        for of_common, gear in zip(gear_set.width_middles(mesh), gears, strict=True)
+    )
+    return WidthContact(
+        driver=wide[0],
+        driven=wide[1],
+        width=width,
+        gap=misaligned_gap(gear_set, mesh, places + middle),
+        back_gap=misaligned_gap(gear_set, mesh, places + middle, back=True),
+        offsets=(driver, driven),
     )
 
 

@@ -81,6 +81,17 @@ def _pressure_at_pitch_point(
     return math.sqrt(largest_of_bands(squares).max())
 
 
+def _axial_float(cycle: ContactCycle, t: int) -> dict[str, float]:
+    """Where a double helical driver that is free along its axis goes."""
+    if not cycle.face.groove:
+        return {}
+    moved = 1e6 * cycle.axial_float[t]
+    return {
+        "axial_float_um": float(moved.mean()),
+        "axial_float_peak_to_peak_um": float(np.ptp(moved)),
+    }
+
+
 def _over_face(
     problem: ContactProblem, cycle: ContactCycle, t: int
 ) -> dict[str, float]:
@@ -96,7 +107,7 @@ def _over_face(
     axial_force = float(loads.axial_force_on_driver[t].mean())
     n, k, m = np.unravel_index(loads.load[t].argmax(), on_path.shape)
     return {
-        "overlap_ratio": problem.pair.overlap_ratio(loads.width),
+        "overlap_ratio": problem.pair.overlap_ratio(loads.helix_width),
         "load_distribution_factor": float(loads.distribution_factor[t]),
         "largest_line_load_N_per_mm": 1e-3 * float(loads.load[t, n, k, m]),
         "largest_line_load_at_mm": 1e3 * float(loads.place[m]),
@@ -105,6 +116,7 @@ def _over_face(
         "axial_force_N": float(abs(axial_force)),
         "driver_axial_force_N": axial_force,
         "driven_axial_force_N": 0.0 - axial_force,
+        **_axial_float(cycle, t),
         "load_center_mm": 1e3 * float(loads.center[t].mean()),
         "load_center_peak_to_peak_mm": 1e3 * float(np.ptp(loads.center[t])),
     }

@@ -9,8 +9,9 @@ import numpy as np
 
 from fegear.contact.path import path_positions, sliding_sign
 from fegear.contact.problem import ContactProblem
-from fegear.contact.result import ContactCycle
+from fegear.contact.result import ContactCycle, FaceLoads
 from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.double import half_faces
 from fegear.elasticity.root_stress import MAX_TOOTH_OFFSET, FlankLoad, RootInfluence
 from fegear.elasticity.sector import RIGHT
 from fegear.elasticity.wide_root import LineLoad, WideRoot
@@ -109,32 +110,56 @@ def root_stresses_over_width(
         load_slopes = np.empty((*cycle.face.load.shape, 0))
     with stage("root stress"):
         over_width = tuple(
-            _tensions_over_width(problem, solver, cycle, gear, roots[gear], load_slopes)
+            _joined_over_width(
+                [
+                    _tensions_over_width(
+                        problem, half, face, gear, roots[gear], load_slopes[..., at, :]
+                    )
+                    for half, (face, at) in zip(
+                        solver.halves, half_faces(cycle.face), strict=True
+                    )
+                ],
+                0.5 * (solver.groove + solver.width),
+            )
             for gear in (DRIVER, DRIVEN)
         )
     driver, driven = (of_gear.stress.max(axis=3) for of_gear in over_width)
     return RootStresses(driver, driven, over_width)
 
 
+def _joined_over_width(halves: list[RootOverWidth], apart: float) -> RootOverWidth:
+    """Tension along the near and the far half, or all of the width.
+
+    apart : middles of the halves from that of the whole width [m]
+    """
+    if len(halves) == 1:
+        return halves[0]
+    near, far = halves
+    return RootOverWidth(
+        np.concatenate([near.place - apart, far.place + apart]),
+        np.concatenate([near.stress, far.stress], axis=3),
+        np.concatenate([near.slopes, far.slopes], axis=3),
+    )
+
+
 def _tensions_over_width(
     problem: ContactProblem,
     solver: WidthContact,
-    cycle: ContactCycle,
+    face: FaceLoads,
     gear: int,
     root: WideRoot,
     load_slopes: Array,
 ) -> RootOverWidth:
-    face = cycle.face
     if face.base_helix_angle * problem.pair.driver.twist < 0.0:
         root = root.mirrored  # as the contact was
     teeth = face.teeth if gear == DRIVER else -face.teeth
     force, changes = face.load * face.slice_length, load_slopes * face.slice_length
     arcs = face.arc[..., gear]
     places = face.place + solver.offsets[gear]
-    stress = np.empty((*cycle.load.shape, root.places.size))
+    stress = np.empty((*face.load.shape[:3], root.places.size))
     slopes = np.empty((*stress.shape, changes.shape[-1]))
-    for t in range(cycle.torque.size):
-        for rows in _blocks(cycle.position.size, POSITIONS_OVER_WIDTH):
+    for t in range(len(face.load)):
+        for rows in _blocks(face.load.shape[1], POSITIONS_OVER_WIDTH):
             lines = force[t, rows], changes[t, rows], arcs[t, rows], places
             stress[t, rows], slopes[t, rows] = _under_lines(root, teeth, *lines)
     return RootOverWidth(root.places - solver.offsets[gear], stress, slopes)

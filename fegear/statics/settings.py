@@ -135,7 +135,7 @@ class StaticsSettings(ShortRepr):
         constants = gear.young_modulus, gear.poisson_ratio, plane
         if plane != "width":
             return PlaneMaterial(*constants)
-        return PlaneMaterial(*constants, gear.face_width if width is None else width)
+        return PlaneMaterial(*constants, gear.helix_width if width is None else width)
 
     def sector(self, gear: Gear, refinement: float = 1.0) -> CyclicSector:
         """What all finite elements of a gear are made from.

@@ -49,7 +49,7 @@ def table_warnings(solved: StaticsResult) -> list[str]:
 
 def _width_lines(solved: StaticsResult) -> Iterator[str]:
     """A warning of teeth that are too thin for finite elements of their width."""
-    modules = solved.problem.face_width / solved.problem.pair.driver.module
+    modules = solved.cycle.face.helix_width / solved.problem.pair.driver.module
     if solved.table.header.get("plane") == "width" and modules < MIN_WIDTH:
         yield with_code(
             "W56",

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_nominal
 from fegear.gearset.inertia import inertia_of, mass_of
+from fegear.gearset.leads import require_one_helix
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet, Shaft
 from fegear.gearset.shaft_bodies import ShaftBody
@@ -32,6 +33,7 @@ def rotor_system(
     elements : least number of elements of every shaft
     """
     require_nominal(gear_set, "shafts that bend")
+    require_one_helix(gear_set, "shafts that bend")
     bodies = require_bodies(gear_set)
     train = train_of(gear_set, 0.0)
     try:

@@ -41,6 +41,7 @@ from fegear.commands.relief.vibration import VibrationBest, VibrationSearch
 from fegear.contact.plane.contact import PlaneContact
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE
+from fegear.gearset.leads import require_one_helix
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import ReliefShape
 from fegear.gearset.motion_warnings import motion_warnings
@@ -372,6 +373,7 @@ class ReliefDesign(
         """Refuse what needs loads that vary over the width, and cannot be solved so."""
         over_width = [g for g in self._goals if QUANTITY_OF.get(g, "ste") != "ste"]
         for gear_set in mesh.gear_sets:
+            require_one_helix(gear_set, "best reliefs")
             require_solvable(gear_set, mesh.index, self.elements)
             if over_width and not gear_set.meshes[mesh.index].varies_over_width:
                 raise InputError(

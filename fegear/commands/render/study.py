@@ -15,7 +15,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.edit import parsed_value
 from fegear.gearset.faults.checks import require_no_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS
-from fegear.gearset.leads import require_uniform_loads
+from fegear.gearset.leads import require_one_helix, require_uniform_loads
 from fegear.gearset.model import GearSet
 from fegear.rendering.contact_sequence import (
     ContactSequence,
@@ -150,7 +150,9 @@ class ContactPictures(
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
-        return self.gear_set.healthy("pictures of contact")
+        gears = self.gear_set.healthy("pictures of contact")
+        require_one_helix(gears, "pictures of contact")
+        return gears
 
     @property
     def named_files(self) -> list[str]:

@@ -13,7 +13,7 @@ import numpy as np
 from fegear.commands.show.fault_values import fault_figures
 from fegear.commands.show.force_values import force_figures
 from fegear.commands.show.planetary_values import planetary_figures
-from fegear.gearset.helix import hand
+from fegear.gearset.helix import hand_of_gear
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.leads import width_gap
 from fegear.gearset.model import Gear, GearSet, Mesh
@@ -90,7 +90,7 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
     return {
         "name": gear.name,
         "teeth": teeth.teeth,
-        **_rack_figures(teeth),
+        **_rack_figures(gear),
         "tooth_thinning_um": 1e6 * teeth.tooth_thinning,
         "internal": teeth.sign < 0,
         "reference_radius_mm": 1e3 * abs(teeth.reference_radius),
@@ -104,10 +104,11 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
         "tip_thickness_mm": 1e3 * teeth.tip_thickness,
         **_normal_tip_figures(teeth),
         "tooth_thickness_mm": 1e3 * teeth.tooth_thickness,
-        **_measured_figures(teeth, gear.face_width),
+        **_measured_figures(teeth, gear.helix_width),
         "form_roll_angle_deg": math.degrees(teeth.form_roll_length / teeth.base_radius),
         "tip_roll_angle_deg": math.degrees(teeth.tip_roll_length / teeth.base_radius),
         "face_width_mm": 1e3 * gear.face_width,
+        **({"gap_mm": 1e3 * gear.groove} if gear.groove else {}),
         "largest_pitch_error_um": 1e6 * max(map(abs, gear.pitch_errors), default=0.0),
         "inertia_kg_m2": inertia_of(gear),
         "inertia_origin": "derived" if gear.inertia is None else "given",
@@ -124,8 +125,9 @@ def gear_figures(gear: Gear) -> dict[str, Any]:
     }
 
 
-def _rack_figures(teeth: SpurGear) -> dict[str, Any]:
+def _rack_figures(gear: Gear) -> dict[str, Any]:
     """The rack in the normal section, and across the axis of helical gears."""
+    teeth = gear.geometry
     across = 1e3 * teeth.module, math.degrees(teeth.pressure_angle)
     if not isinstance(teeth, HelicalGear | HelicalInternalGear):
         names = "module_mm", "pressure_angle_deg", "profile_shift"
@@ -136,7 +138,7 @@ def _rack_figures(teeth: SpurGear) -> dict[str, Any]:
         "pressure_angle_deg": math.degrees(normal),
         "profile_shift": teeth.normal_profile_shift,
         "helix_angle_deg": math.degrees(abs(teeth.helix_angle)),
-        "hand": hand(teeth),
+        "hand": hand_of_gear(gear),
         "base_helix_angle_deg": math.degrees(abs(teeth.base_helix_angle)),
         "transverse_module_mm": across[0],
         "transverse_pressure_angle_deg": across[1],

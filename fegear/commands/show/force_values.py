@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from fegear.gearset.axial_forces import axial_force_text
-from fegear.gearset.helix import hand
+from fegear.gearset.helix import hand_of_gear
 from fegear.gearset.model import GearSet
 from fegear.gearset.shaft_reactions import ShaftReactions, shaft_reactions
 from fegear.gearset.tooth_forces import (
@@ -47,7 +47,7 @@ def _tooth_figures(gear_set: GearSet, force: ForceOnGear) -> dict[str, Any]:
         "mesh": force.mesh + 1,
         "gear": gear.name,
         "role": force.role,
-        "hand": hand(gear.geometry),
+        "hand": hand_of_gear(gear),
         "internal": gear.geometry.sign < 0,
         "driver_torques_Nm": list(gear_set.meshes[force.mesh].torques),
         "tangential_forces_N": list(force.tangential),
@@ -125,7 +125,8 @@ def _reaction_lines(figures: dict[str, Any]) -> Iterator[str]:
 
 def tooth_line(row: dict[str, Any]) -> str:
     """Forces on a gear in a mesh with their directions in words."""
-    kind = f" ({row['hand']}-handed)" if row["hand"] else ""
+    kinds = {None: "", "double": " (double helical)"}
+    kind = kinds.get(row["hand"], f" ({row['hand']}-handed)")
     motion = "against" if row["role"] == "driver" else "in the sense of"
     inward = "away from" if row["internal"] else "toward"
     tangential, radial = (

@@ -10,7 +10,7 @@ import numpy as np
 from fegear.commands.stiffness.figure import torque_colors
 from fegear.contact.path import face_along_path
 from fegear.contact.result import FaceLoads
-from lumped.common.array_types import Array
+from lumped.common.array_types import Array, Indices
 from lumped.figures.drawing import draw_title, panels
 
 if TYPE_CHECKING:
@@ -60,10 +60,11 @@ def draw_flank(flank: Axes, result: StaticsResult) -> QuadMesh:
     half_step = 0.5 * (path[1] - path[0])
     # edges have no limit and would take all the colours
     most = np.where(face.on_path, face.pressure[largest], 0.0).max()
+    ends, of_slice = _slice_ends(face)
     drawn = flank.pcolormesh(
-        1e3 * _slice_ends(face),
+        1e3 * ends,
         np.append(path - half_step, path[-1] + half_step),
-        1e-6 * pressure,
+        1e-6 * np.ma.masked_invalid(_in_places(pressure, of_slice)),
         rasterized=True,
         cmap="viridis",
         vmin=0.0,
@@ -81,26 +82,44 @@ def draw_flank(flank: Axes, result: StaticsResult) -> QuadMesh:
     return drawn
 
 
-def _slice_ends(face: FaceLoads) -> Array:
-    """Ends of the slices, from the middle of the width (m + 1,) [m]."""
-    half = 0.5 * face.width / face.place.size
-    return np.append(face.place - half, face.place[-1] + half)
+def _slice_ends(face: FaceLoads) -> tuple[Array, Indices]:
+    """Ends of stretches from the middle of the width (s + 1,) [m], and their slices.
+
+    A groove is a stretch of its own, of slice -1.
+    """
+    half, count = 0.5 * face.width / face.place.size, face.place.size
+    ends = np.append(face.place - half, face.place[-1] + half)
+    if not face.groove:
+        return ends, np.arange(count)
+    middle = count // 2
+    return (
+        np.insert(ends, middle, -0.5 * face.groove),
+        np.insert(np.arange(count), middle, -1),
+    )
+
+
+def _in_places(values: Array, of_slice: Indices) -> Array:
+    """Values (..., m) of slices over the stretches of the width, NaN in a groove."""
+    return np.where(of_slice < 0, np.nan, values[..., of_slice])
 
 
 def draw_load(axes: Axes, result: StaticsResult) -> None:
     """Draw the load per width at every torque, its mean and range over the cycle."""
     face = result.cycle.face
-    places = np.repeat(1e3 * _slice_ends(face), 2)[1:-1]
+    ends, of_slice = _slice_ends(face)
+    places = np.repeat(1e3 * ends, 2)[1:-1]
     colors = torque_colors(result.table)
     for t, torque in enumerate(result.cycle.torque):
         per_width = 1e-3 * face.per_width[t]
         color, label = colors[t], f"{torque:g} N m"
-        low, high = per_width.min(axis=0), per_width.max(axis=0)
+        low, high, mean = (
+            _in_places(reduce(per_width, axis=0), of_slice)
+            for reduce in (np.min, np.max, np.mean)
+        )
         # slices, of which the outer ones reach to the ends of the width
         below, above = np.repeat((low, high), 2, axis=1)
         axes.fill_between(places, below, above, color=color, alpha=0.2, linewidth=0)
-        mean = np.repeat(per_width.mean(axis=0), 2)
-        axes.plot(places, mean, color=color, lw=1.4, label=label)
+        axes.plot(places, np.repeat(mean, 2), color=color, lw=1.4, label=label)
     axes.set_ylabel("load per width of slices [N/mm]\nmean and range over the cycle")
     axes.set_ylim(bottom=0.0)
     axes.legend(fontsize=8)
@@ -116,7 +135,14 @@ def draw_roots(
         for root, (gear, style) in zip(roots, gears, strict=True):
             largest = 1e-6 * root.over_cycle[t]
             label = f"{gear}, {torque:g} N m"
-            axes.plot(1e3 * root.place, largest, style, color=colors[t], label=label)
+            place = 1e3 * root.place
+            if result.cycle.face.groove:
+                at = place.size // 2
+                place, largest = (
+                    np.insert(place, at, 0.0),
+                    np.insert(largest, at, np.nan),
+                )
+            axes.plot(place, largest, style, color=colors[t], label=label)
     axes.set_ylabel("root stress [MPa]\nlargest over the cycle")
     axes.set_ylim(bottom=0.0)
     axes.legend(fontsize=8, ncols=2)

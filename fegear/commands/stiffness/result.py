@@ -466,7 +466,19 @@ def _evidence_lines(values: dict[str, float | None]) -> Iterator[str]:
 
 
 def _axial_senses(solved: StaticsResult) -> Iterator[str]:
-    """A line on where helical gears are pushed, nothing of spur gears."""
+    """Lines on where helical gears are pushed or move, nothing of spur gears."""
+    if solved.cycle.face.groove:
+        moved = ", ".join(
+            f"{row['axial_float_um']:.4g} um at {row['torque_Nm']:g} N m, peak to peak "
+            f"{row['axial_float_peak_to_peak_um']:.3g} um"
+            for row in solved.key_figures
+        )
+        yield (
+            "double helical: each half has half of the torque, the driver or its mate "
+            "being free along its axis; a free driver is moved toward the far end by "
+            f"{moved}; an error of the apex moves it by half of it"
+        )
+        return
     pair, force = solved.problem.pair, solved.key_figures[0]["driver_axial_force_N"]
     if not pair.driver.twist or not force:
         return

@@ -26,6 +26,7 @@ from fegear.commands.tolerances.deviations import (
 from fegear.commands.tolerances.grades import tolerances_of_pair
 from fegear.commands.tolerances.result import TolerancesResult
 from fegear.files.errors import InputError
+from fegear.gearset.leads import require_one_helix
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.plausibility import gear_set_warnings
@@ -166,6 +167,7 @@ class Tolerances(
 
     def _limits(self, gears: GearSet, index: int) -> dict[str, float]:
         """Tolerances [m] by source."""
+        require_one_helix(gears, "tolerances")
         require_solvable(gears, index, self.elements)
         mesh = gears.meshes[index]
         names = ["single_pitch", "profile_slope", "profile_form", *OF_WIDTH, CENTER]

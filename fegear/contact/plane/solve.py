@@ -230,6 +230,7 @@ def _recorded(
         closing=closing,
         driven_torque=problem.pair.driven.sign * (load * arm).sum(axis=2),
         residual=rows.residual,
+        axial_float=np.zeros_like(rows.ste),
     )
 
 

@@ -23,6 +23,8 @@ class WidthContact(ShortRepr):
     offsets : middle of the common width from the middle of either gear [m]
     gap, back_gap : (slices,) along the line of action that belongs to neither gear, of
         drive flanks and of back flanks [m]
+    far : the far half of double helical gears, of which this is the near one
+    groove : between both [m]
     """
 
     positions_at_once: ClassVar[int] = 32
@@ -33,6 +35,8 @@ class WidthContact(ShortRepr):
     gap: Array
     back_gap: Array
     offsets: tuple[float, float] = (0.0, 0.0)
+    far: WidthContact | None = None
+    groove: float = 0.0
 
     def __post_init__(self) -> None:
         twist = (
@@ -88,12 +92,27 @@ class WidthContact(ShortRepr):
     @property
     def mirrored(self) -> WidthContact:
         """The contact in a mirror that has the axes in it."""
-        return replace(self, driver=self.driver.mirrored, driven=self.driven.mirrored)
+        return replace(
+            self,
+            driver=self.driver.mirrored,
+            driven=self.driven.mirrored,
+            far=self.far and self.far.mirrored,
+        )
 
     @property
     def of_back_flanks(self) -> WidthContact:
         """The contact of the other flanks, in that mirror."""
-        return replace(self.mirrored, gap=self.back_gap, back_gap=self.gap)
+        return replace(
+            self.mirrored,
+            gap=self.back_gap,
+            back_gap=self.gap,
+            far=self.far and self.far.of_back_flanks,
+        )
+
+    @property
+    def halves(self) -> tuple[WidthContact, ...]:
+        """Both halves of double helical gears, else the contact itself."""
+        return (self,) if self.far is None else (replace(self, far=None), self.far)
 
 
 def slice_places(width: float, slices: int) -> Array:

@@ -56,7 +56,16 @@ class WidthLoadCurves:
 def interpolated_curves(
     problem: ContactProblem, width: WidthContact, position: Array, penetration: Array
 ) -> WidthLoadCurves:
-    """Load curves at positions (n,). Every second is solved, others lie between."""
+    """Load curves at positions (n,). Every second is solved, others lie between.
+
+    Halves of double helical gears stand side by side: they have one transmission error.
+    """
+    if width.far is not None:
+        near, far = (
+            interpolated_curves(problem, half, position, penetration)
+            for half in width.halves
+        )
+        return _together(near, far, penetration)
     if position.size < 3:
         return width_load_curves(problem, width, position, penetration)
     solved_at = np.unique(np.append(position[::2], position[-1]))
@@ -94,6 +103,29 @@ def width_load_curves(
         require_running()
         _solve_position(solver, curves, n, float(place), penetration)
     return curves
+
+
+def _together(
+    near: WidthLoadCurves, far: WidthLoadCurves, penetration: Array
+) -> WidthLoadCurves:
+    """Curves of pairs whose halves are pressed together, the first to touch first."""
+    gap = np.minimum(near.gap, far.gap)
+    load, pressure = np.zeros_like(near.load), np.zeros_like(near.pressure)
+    for half in (near, far):
+        for at in np.ndindex(gap.shape):
+            pressed = penetration - (half.gap[at] - gap[at])
+            load[at] += np.interp(pressed, penetration, half.load[at], left=0.0)
+            of_half = np.interp(pressed, penetration, half.pressure[at], left=0.0)
+            pressure[at] = np.maximum(pressure[at], of_half)
+    return replace(
+        near,
+        gap=gap,
+        load=load,
+        pressure=pressure,
+        arc=0.5 * (near.arc + far.arc),
+        # the compliance to the sum of the forces, half of which is on each half
+        coupling=0.25 * (near.coupling + far.coupling),
+    )
 
 
 def _solve_position(
