@@ -26,7 +26,7 @@ from fegear.contact.plane.solve import solve_drive_side
 from fegear.contact.problem import ContactProblem
 from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.flank_grid import flank_stencils
-from lumped.common.array_types import Array
+from lumped.common.array_types import Array, Indices
 
 N_INTERVALS = 32  # of penetration in a load curve, denser toward zero
 # pairs are kept that touch within so many times the largest penetration of a curve
@@ -250,6 +250,10 @@ def tooth_load_curves(
         return ToothLoadCurves(np.full_like(alike_curves.gap, OPEN_GAP), load, pressure)
     side_position = back_side_position(problem.pair, position) if back else position
     pairs = -alike_curves.pair_offsets if back else alike_curves.pair_offsets
+    if isinstance(problem.solver, WidthContact):
+        return _teeth_over_width(
+            problem, problem.solver, side_position, alike_curves, (pairs, pair_teeth)
+        )
     unloaded_flanks = _solve_unloaded_flanks(problem, pairs, side_position, teeth)
     for column, pair in enumerate(pairs):
         facing_positions, solutions = _solve_penetrations(
@@ -266,6 +270,31 @@ def tooth_load_curves(
             problem, facing_positions, solutions, side_position.size
         )
     return ToothLoadCurves(unloaded_flanks.gap, load, pressure)
+
+
+def _teeth_over_width(
+    problem: ContactProblem,
+    width: WidthContact,
+    position: Array,
+    alike_curves: PairLoadCurves,
+    pairs_and_teeth: tuple[Indices, PairTeeth],
+) -> ToothLoadCurves:
+    """Load curves of pairs of the same two teeth whose loads vary over the width.
+
+    pairs_and_teeth : base pitches (k,) by which pairs are ahead, and their two teeth
+    """
+    from fegear.contact.width.load_curves import width_load_curves
+
+    pairs, teeth = pairs_and_teeth
+    solved = width_load_curves(
+        problem, width, position, alike_curves.penetration, teeth
+    )
+    columns = [int(np.flatnonzero(solved.teeth == pair)[0]) for pair in pairs]
+    return ToothLoadCurves(
+        solved.gap[:, columns],
+        np.repeat(solved.load[:, columns, None], 2, axis=2),
+        problem.plane_strain_pressure * solved.pressure[:, columns],
+    )
 
 
 def _conditions_of_pairs(

@@ -33,11 +33,28 @@ class ChangedCompliance(Protocol):
 
 
 class FlankSpall(NamedTuple):
-    """Spall between two roll lengths [m], and the share of the width it takes."""
+    """Spall between two roll lengths [m], and the share of the width it takes.
+
+    place : of its middle from that of the gear's width [m]
+    """
 
     start: float
     end: float
     share: float
+    place: float = 0.0
+
+
+class FlankCorner(NamedTuple):
+    """Corner of a tooth that is broken off at an end of the face width.
+
+    roll : roll length of its edge at that end [m]
+    length : along the width, at which the edge is at the tip [m]
+    is_far : whether it is at the far end
+    """
+
+    roll: float
+    length: float
+    is_far: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,6 +69,7 @@ class ToothFaults:
     damaged : teeth near them, whose compliance changes
     spalls, profiles : by tooth
     corners : roll length of the tip corner of teeth whose tip is broken off [m]
+    broken_corners : by tooth
     missing : teeth that are not there
     """
 
@@ -63,6 +81,7 @@ class ToothFaults:
     spalls: Mapping[int, tuple[FlankSpall, ...]] = field(default_factory=dict)
     profiles: Mapping[int, FlankProfile] = field(default_factory=dict)
     corners: Mapping[int, float] = field(default_factory=dict)
+    broken_corners: Mapping[int, FlankCorner] = field(default_factory=dict)
     missing: frozenset[int] = frozenset()
 
     @property
@@ -86,9 +105,14 @@ class ToothFaults:
     def different(self, teeth: Indices) -> Indices:
         """Numbers of teeth of any shape within a turn, -1 for those like all others."""
         number = teeth % self.teeth
-        unlike = self.damaged | self.missing
-        unlike |= self.spalls.keys() | self.profiles.keys() | self.corners.keys()
+        unlike = self.damaged | self.with_other_flanks
         return np.where(np.isin(number, sorted(unlike)), number, -1)
+
+    @property
+    def with_other_flanks(self) -> frozenset[int]:
+        """Teeth whose flanks differ, or that have none."""
+        changed = (self.spalls, self.profiles, self.corners, self.broken_corners)
+        return self.missing.union(*changed)
 
     def changes(self, teeth: Sequence[int]) -> Array | None:
         """Change (2, k, k, n, n) of the compliance between teeth (k,), None if none.
@@ -127,11 +151,15 @@ class ToothFaults:
         lowest : roll length of the lowest point of contact [m]
         """
         for n, spall in enumerate(self.spalls.get(tooth, ())):
-            flank.spalls[n] = spall
+            flank.spalls[n] = spall.start, spall.end, spall.share
         if tooth in self.profiles:
             profile = self.profiles[tooth]
             flank.profile = profile_record(profile, lowest, flank.tip_roll)
         if tooth in self.corners:
-            roll = self.corners[tooth]
-            flank.corner_roll = roll
-            flank.tip_arc = 0.5 * (flank.tip_roll**2 - roll**2) / flank.base_radius
+            break_tip(flank, self.corners[tooth])
+
+
+def break_tip(flank: Any, roll: float) -> None:
+    """End the record of a flank at a roll length [m]."""
+    flank.corner_roll = roll
+    flank.tip_arc = 0.5 * (flank.tip_roll**2 - roll**2) / flank.base_radius

@@ -131,10 +131,6 @@ def _hardly_changed_teeth(faults: ToothFaults | None) -> list[int]:
     """Teeth that only a crack of another one changes, by little."""
     if faults is None or faults.change is None:
         return []
-    teeth_with_other_faults = (
-        faults.missing | faults.spalls.keys() | faults.profiles.keys()
-    )
-    teeth_with_other_faults |= faults.corners.keys()
     largest_changes = {}
     for tooth in faults.damaged:
         index = faults.clockwise_tooth(tooth)
@@ -146,5 +142,5 @@ def _hardly_changed_teeth(faults: ToothFaults | None) -> list[int]:
         tooth
         for tooth in largest_changes
         if largest_changes[tooth] < least_change
-        and tooth not in teeth_with_other_faults
+        and tooth not in faults.with_other_flanks
     ]

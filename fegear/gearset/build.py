@@ -11,6 +11,7 @@ from fegear.gearset.agreement import with_common_values
 from fegear.gearset.bearing_keys import rolling_bearing
 from fegear.gearset.faults.building import faults_of
 from fegear.gearset.faults.checks import require_running
+from fegear.gearset.faults.keys import is_uneven
 from fegear.gearset.helix import hand_inferences, hands
 from fegear.gearset.leads import leads_by_key, misalignment, require_faces
 from fegear.gearset.materials import NamedMaterial, materials
@@ -210,6 +211,9 @@ def _build_mesh(
         backlash=_backlash(entry, pair),
         misalignment=misalignment(entry),
         offset=entry.offset_mm * MM,
+        has_uneven_damage=any(
+            is_uneven(document.gear[index]) for index in (driver, driven)
+        ),
         mean_stiffness=entry.mean_stiffness_N_per_m,
         stiffness_variation=entry.stiffness_variation,
         load_share=entry.load_share,

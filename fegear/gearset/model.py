@@ -94,6 +94,8 @@ class Mesh(ShortRepr):
     misalignment : of the axes, gap at the far end of the common width that decreases
         linearly to none at the near end [m]
     offset : middle of the driven gear's width from the driver's, along the axis [m]
+    has_uneven_damage : whether a spall off the middle or a broken corner of either gear
+        makes loads vary over the face width
     mean_stiffness : over the mesh cycle, for analytic stiffness waves [N/m]
     stiffness_variation : peak to peak over the mean
     load_share : of a pair at the start of double contact
@@ -107,6 +109,7 @@ class Mesh(ShortRepr):
     driven_flank: FlankModifications = UNMODIFIED
     misalignment: float = 0.0
     offset: float = 0.0
+    has_uneven_damage: bool = False
     torques: tuple[float, ...] = ()
     phase: float | None = None
     center_line: float | None = None
@@ -134,7 +137,8 @@ class Mesh(ShortRepr):
         """Whether teeth carry different loads along the face width."""
         has_gap = any(flank.varies_over_width for flank in self.flanks)
         is_aligned = self.offset == 0.0 and self.misalignment == 0.0
-        return self.is_helical or has_gap or not is_aligned
+        is_even = is_aligned and not self.has_uneven_damage
+        return self.is_helical or has_gap or not is_even
 
     @property
     def flanks(self) -> Flanks:

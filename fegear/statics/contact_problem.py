@@ -258,5 +258,15 @@ def _require_known(gear_set: GearSet, mesh: int, settings: StaticsSettings) -> N
         )
     if settings.body != "held":
         raise InputError(f"{where}: body = {settings.body}; must be held, it has {has}")
-    if any(gear.faults.any for gear in gears):
-        raise InputError(f"{where}: faults are not known of {has}")
+    for gear in gears:
+        if gear.faults.cracks:
+            raise InputError(
+                f'{where}: gear "{gear.name}": cracks are not known with {has}: what '
+                "they add to the compliance is that of a section, over all of the "
+                "width"
+            )
+        if gear.groove and gear.faults.any:
+            raise InputError(
+                f'{where}: gear "{gear.name}": faults are not known of double helical '
+                "gears, whose halves would have them both"
+            )

@@ -17,7 +17,12 @@ import numpy as np
 
 from fegear.contact.offset_centers import CenterOffset
 from fegear.contact.profiles import profile_depth
-from fegear.contact.tooth_faults import ChangedCompliance, FlankSpall, ToothFaults
+from fegear.contact.tooth_faults import (
+    ChangedCompliance,
+    FlankCorner,
+    FlankSpall,
+    ToothFaults,
+)
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET
 from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.model import Gear, GearSet
@@ -103,7 +108,7 @@ def _tooth_faults(
         for spall in faults.spalls:
             ends = spall.start_roll_length, spall.end_roll_length
             other_spalls = spalls.get(tooth_in_mesh[spall.tooth], ())
-            added_spall = FlankSpall(*ends, spall.width_share)
+            added_spall = FlankSpall(*ends, spall.width_share, spall.place)
             spalls[tooth_in_mesh[spall.tooth]] = (*other_spalls, added_spall)
         for wear in faults.worn:
             worn_profile = _profile_with_wear(gear_set, mesh, gear, profile, wear.tooth)
@@ -120,6 +125,16 @@ def _tooth_faults(
         corners={
             tooth_in_mesh[tip.tooth]: roll_length_below_tip(body.geometry, tip.height)
             for tip in faults.broken_tips
+            if tip.length is None
+        },
+        broken_corners={
+            tooth_in_mesh[tip.tooth]: FlankCorner(
+                roll_length_below_tip(body.geometry, tip.height),
+                tip.length,
+                tip.end == "far",
+            )
+            for tip in faults.broken_tips
+            if tip.length is not None
         },
         missing=frozenset(tooth_in_mesh[tooth] for tooth in faults.missing),
     )

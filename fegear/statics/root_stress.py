@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.contact.path import path_positions, sliding_sign
 from fegear.contact.problem import ContactProblem
@@ -31,7 +32,7 @@ class RootOverWidth(NamedTuple):
 
     place : (z,) from the middle of the common face width [m]
     stress : (t, n, k, z) largest tension across the fillet of the teeth in each pair on
-        the side of their loaded flanks [Pa]
+        the side of their loaded flanks [Pa], NaN of missing teeth
     slopes : (t, n, k, z, x) of that by changes of the loads
     """
 
@@ -42,7 +43,7 @@ class RootOverWidth(NamedTuple):
     @property
     def over_cycle(self) -> Array:
         """Largest of all teeth over the mesh cycle (t, z) [Pa]."""
-        return np.asarray(self.stress.max(axis=(1, 2)))
+        return np.asarray(np.nanmax(self.stress, axis=(1, 2)))
 
     @property
     def factor(self) -> Array:
@@ -52,14 +53,14 @@ class RootOverWidth(NamedTuple):
 
     def largest_at(self, t: int) -> tuple[int, int, int]:
         """Position, pair and place of the largest at a torque, by their indices."""
-        n, k, z = np.unravel_index(self.stress[t].argmax(), self.stress.shape[1:])
+        n, k, z = np.unravel_index(np.nanargmax(self.stress[t]), self.stress.shape[1:])
         return int(n), int(k), int(z)
 
 
 class RootStresses(NamedTuple):
     """Largest tension along the fillets of the teeth in each pair (t, n, k) [Pa].
 
-    NaN of cracked teeth, whose stress at the crack has no limit.
+    NaN of missing teeth, and of cracked ones, whose stress at the crack has no limit.
 
     over_width : of driver and driven gear, empty where loads are uniform over it
     """
@@ -70,7 +71,7 @@ class RootStresses(NamedTuple):
 
     @property
     def largest(self) -> tuple[Array, Array]:
-        """Largest of teeth without crack of driver and driven gear (t, n) [Pa]."""
+        """Largest of whole teeth of driver and driven gear (t, n) [Pa]."""
         return np.nanmax(self.driver, axis=2), np.nanmax(self.driven, axis=2)
 
 
@@ -123,6 +124,8 @@ def root_stresses_over_width(
             )
             for gear in (DRIVER, DRIVEN)
         )
+    for gear, of_gear in enumerate(over_width):
+        of_gear.stress[:, _without_stress(problem, cycle, gear)] = np.nan
     driver, driven = (of_gear.stress.max(axis=3) for of_gear in over_width)
     return RootStresses(driver, driven, over_width)
 
@@ -242,12 +245,21 @@ def _tensions(
         for k, tooth in enumerate(teeth):
             seen = [load._replace(tooth=load.tooth - int(tooth)) for load in loads]
             tensions[:, rows, k] = influence.stress(seen)
-    faults = problem.flanks[gear].faults
-    if faults is not None:
-        # pairs count anew in each base pitch
-        pitch = np.floor(cycle.position).astype(np.int64)
-        tensions[:, faults.is_cracked(pitch[:, None] - cycle.teeth)] = np.nan
+    tensions[:, _without_stress(problem, cycle, gear)] = np.nan
     return tensions
+
+
+def _without_stress(
+    problem: ContactProblem, cycle: ContactCycle, gear: int
+) -> NDArray[np.bool_]:
+    """Whether teeth (n, k) of a gear are cracked or missing."""
+    faults = problem.flanks[gear].faults
+    if faults is None:
+        return np.zeros(cycle.load.shape[1:], bool)
+    # pairs count anew in each base pitch
+    pitch = np.floor(cycle.position).astype(np.int64)
+    number = pitch[:, None] - cycle.teeth
+    return faults.is_cracked(number) | faults.is_missing(number % faults.teeth)
 
 
 def _blocks(count: int, size: int) -> Iterator[slice]:

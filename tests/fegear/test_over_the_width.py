@@ -218,6 +218,37 @@ def test_an_edge_in_a_wider_flank_is_warned_of(solved):
     assert change < 0.03
 
 
+@pytest.mark.slow
+def test_a_tooth_that_is_not_there_has_no_root_stress():
+    """And the transmission error of the others is larger while it is away."""
+    settings = replace(COARSE, root_stress=True, estimate_error=False)
+    faults = {
+        "gear.one.missing_teeth": [4],
+        "gear.one.broken_tips": [
+            {"tooth": 9, "height_mm": 0.9, "length_mm": 8.0, "end": "far"}
+        ],
+    }
+    broken = fegear.solve_mesh(fegear.make_gear_set(HELICAL, faults), settings=settings)
+    whole = fegear.solve_mesh(fegear.make_gear_set(HELICAL), settings=settings)
+    assert broken.pitches == 18
+    apart = broken.table["ste_m"][1].reshape(18, -1) - whole.table["ste_m"][1]
+    assert apart[3].max() == apart.max() > 5e-6  # the tooth's own base pitch
+    assert 0.1e-6 < apart[7:10].max() < apart.max()
+    assert (apart > -1e-9).all()
+    assert np.abs(apart[[0, 1, 6, 12, 13, 14, 15, 16]]).max() < 1e-12
+    cycle = broken.cycle
+    pitch = np.floor(cycle.position).astype(int)
+    missing = (pitch[:, None] - cycle.teeth) % 18 == 3
+    driver, driven = broken.roots.driver, broken.roots.driven
+    assert np.isnan(driver[:, missing]).all()
+    assert np.isfinite(driver[:, ~missing]).all()
+    assert np.isfinite(driven).all()
+    for row, healthy in zip(broken.key_figures, whole.key_figures, strict=True):
+        name = "driver_root_stress_MPa"
+        assert healthy[name] < row[name] < 4.0 * healthy[name]
+        assert row["driver_root_stress_factor"] > 1.0
+
+
 def test_what_is_not_known_is_refused_before_it_is_solved():
     gears = fegear.make_gear_set(HELICAL)
     stress = fegear.StaticsSettings(plane="stress")
@@ -225,8 +256,9 @@ def test_what_is_not_known_is_refused_before_it_is_solved():
         fegear.solve_mesh(gears, settings=stress)
     with pytest.raises(InputError, match="body = free; must be held"):
         fegear.solve_mesh(gears, settings=fegear.StaticsSettings(body="free"))
-    faulty = fegear.make_gear_set(HELICAL, {"gear.1.eccentricity_um": 5.0})
-    with pytest.raises(InputError, match="faults are not known of helical gears"):
+    crack = [{"tooth": 1, "depth_mm": 1.0}]
+    faulty = fegear.make_gear_set(HELICAL, {"gear.1.cracks": crack})
+    with pytest.raises(InputError, match='"one": cracks are not known with helical'):
         fegear.solve_mesh(faulty)
     for study in (
         fegear.Dynamics(gear_set=gears, speeds=(1000.0,)),

@@ -20,7 +20,12 @@ def fault_figures(gear: Gear) -> dict[str, Any]:
         "cracks": [_crack_figures(crack) for crack in faults.cracks],
         "spalls": [_spall_figures(spall, base) for spall in faults.spalls],
         "broken_tips": [
-            {"tooth": tip.tooth + 1, "height_mm": 1e3 * tip.height}
+            {
+                "tooth": tip.tooth + 1,
+                "height_mm": 1e3 * tip.height,
+                "length_mm": None if tip.length is None else 1e3 * tip.length,
+                "end": tip.end if tip.is_corner else None,
+            }
             for tip in faults.broken_tips
         ],
         "missing_teeth": [tooth + 1 for tooth in faults.missing],
@@ -50,6 +55,7 @@ def _spall_figures(spall: Spall, base_radius: float) -> Figures:
         "start_roll_angle_deg": start,
         "end_roll_angle_deg": end,
         "width_share": spall.width_share,
+        "place_mm": 1e3 * spall.place,
     }
 
 
@@ -90,12 +96,17 @@ def fault_lines(gear: Gear) -> Iterator[str]:
             spall["tooth"],
             f"spall from {spall['start_roll_angle_deg']:.6g} to "
             f"{spall['end_roll_angle_deg']:.6g} deg of roll angle over "
-            f"{100 * spall['width_share']:.4g} % of the face width",
+            f"{100 * spall['width_share']:.4g} % of the face width"
+            + _place_of(spall["place_mm"]),
         )
     for tip in figures["broken_tips"]:
-        yield _fault_line(
-            gear, tip["tooth"], f"{tip['height_mm']:.6g} mm of the tip broken off"
-        )
+        text = f"{tip['height_mm']:.6g} mm of the tip broken off"
+        if tip["end"] is not None:
+            text = (
+                f"corner of {tip['height_mm']:.6g} mm height broken off over "
+                f"{tip['length_mm']:.6g} mm at the {tip['end']} end"
+            )
+        yield _fault_line(gear, tip["tooth"], text)
     for tooth in figures["missing_teeth"]:
         yield _fault_line(gear, tooth, "missing")
     for wear in figures["worn_teeth"]:
@@ -107,6 +118,13 @@ def fault_lines(gear: Gear) -> Iterator[str]:
             f"the axis, at {figures['eccentricity_angle_deg']:.6g} deg from the "
             "direction to the mate"
         )
+
+
+def _place_of(place_mm: float) -> str:
+    if not place_mm:
+        return ""
+    end = "far" if place_mm > 0.0 else "near"
+    return f", {abs(place_mm):.6g} mm from its middle toward the {end} end"
 
 
 def _fault_line(gear: Gear, tooth: int | None, text: str) -> str:

@@ -14,8 +14,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.interpolate import PchipInterpolator
 
+from fegear.contact.pairs import PairTeeth
 from fegear.contact.problem import ContactProblem
 from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.damage import MomentaryLine, PairsAt
 from fegear.contact.width.solve import (
     FaceSolver,
     LinesOfContact,
@@ -85,10 +87,19 @@ def interpolated_curves(
 
 
 def width_load_curves(
-    problem: ContactProblem, width: WidthContact, position: Array, penetration: Array
+    problem: ContactProblem,
+    width: WidthContact,
+    position: Array,
+    penetration: Array,
+    both: PairTeeth | None = None,
 ) -> WidthLoadCurves:
-    """Solve each pair alone at positions (n,) and penetrations (j,) from 0 on [m]."""
+    """Solve each pair alone at positions (n,) and penetrations (j,) from 0 on [m].
+
+    both : one tooth of either gear, of which all pairs are; all like others if None
+    """
     teeth = pairs_over_width(problem, width, position)
+    if both is not None:
+        both = PairTeeth(*(np.full(teeth.size, tooth) for tooth in both))
     shape = position.size, teeth.size
     curves = WidthLoadCurves(
         teeth=teeth,
@@ -101,7 +112,7 @@ def width_load_curves(
     solver = FaceSolver(problem, width)
     for n, place in enumerate(position):
         require_running()
-        _solve_position(solver, curves, n, float(place), penetration)
+        _solve_position(solver, curves, (n, float(place)), penetration, both)
     return curves
 
 
@@ -131,12 +142,15 @@ def _together(
 def _solve_position(
     solver: FaceSolver,
     curves: WidthLoadCurves,
-    n: int,
-    position: float,
+    at: tuple[int, float],
     penetration: Array,
+    both: PairTeeth | None,
 ) -> None:
+    """Fill in the curves at a position, by its index and value."""
+    n, position = at
     teeth, most = curves.teeth, float(penetration[-1])
-    lines = solver.lines(teeth, position, np.zeros(teeth.size))
+    line = MomentaryLine.of(solver.problem.pair)
+    lines = solver.lines(PairsAt(teeth, position, np.zeros(teeth.size), line, both))
     np.minimum.at(curves.gap[n], lines.parts.pair, lines.gap)
     within = lines.gap < curves.gap[n][lines.parts.pair] + most
     index = np.flatnonzero(within)

@@ -10,18 +10,31 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.contact.pairs import candidate_pairs, pair_gaps
-from fegear.contact.plane.constants import kernel_inputs
+from fegear.contact.offset_centers import moved_lines
+from fegear.contact.pairs import (
+    PairTeeth,
+    candidate_pairs,
+    different_teeth,
+    pair_gaps,
+)
+from fegear.contact.plane.constants import kernel_inputs, lowest_rolls
 from fegear.contact.plane.kernels.patches import MIN_ROLL
 from fegear.contact.problem import ContactFailure, ContactProblem, MeshPositions
 from fegear.contact.result import ContactCycle, FaceLoads, empty_values
 from fegear.contact.width.compliance import TINY, FaceCompliance, LineParts
 from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.damage import (
+    DamagedPair,
+    MomentaryLine,
+    PairsAt,
+    damaged_pairs,
+    place_parts,
+)
 from fegear.contact.width.flank_changes import FlankChange, changed_flanks
 from fegear.gearset.modifications import LEAD_SIZES
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
-from meshes import GearPair, SpurGear
+from meshes import SpurGear
 
 SOFT_TEETH = 20.0  # ste over load per length times 1/E1' + 1/E2', of a slice
 FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
@@ -75,43 +88,42 @@ class FaceSolver:
     def _kernel(self) -> tuple[np.record, np.recarray]:
         return kernel_inputs(self.problem)[:2]
 
-    def rolls(self, teeth: Indices, position: float) -> tuple[Array, float]:
+    def rolls(self, pairs: PairsAt) -> tuple[Array, float]:
         """The driver's roll lengths (k,) of pairs in the middle of the width [m].
 
         And what they lose per length of the axis: the teeth turn with the helix, and
         the path is passed sooner or later.
         """
         pair = self.problem.pair
-        middle = np.asarray(
-            pair.pitch_point + pair.base_pitch * (position + teeth), float
-        )
+        way = pair.base_pitch * (pairs.position + pairs.teeth)
+        middle = np.asarray(pairs.line.pitch_point + way, float)
         return middle, pair.driver.base_radius * self.face.driver.kernel.twist
 
-    def lines(self, teeth: Indices, position: float, gaps: Array) -> LinesOfContact:
-        """Parts of the lines of pairs (k,) with extra gaps (k,) [m] at a position."""
+    def lines(self, pairs: PairsAt) -> LinesOfContact:
+        """Parts of the lines of pairs (k,) at a position."""
         from fegear.contact.plane.kernels.compliance import PATCH
         from fegear.contact.plane.kernels.flanks import NO_FLANK_GAP
-        from fegear.contact.width.places import place_slices
 
-        pair = self.problem.pair
-        middle, slope = self.rolls(teeth, position)
-        index, slices, low, high = self._parts_of_slices(middle, slope)
+        pair, line = self.problem.pair, pairs.line
+        middle, slope = self.rolls(pairs)
+        ends = line.path_ends(pair)
+        damaged = damaged_pairs(self.problem, self.face, pairs.different)
+        cuts = _cuts((middle, slope), line.length, ends, damaged)
+        index, slices, low, high = self._parts_of_slices(middle.size, cuts)
         place = 0.5 * (low + high)
         rolls = middle[index] - slope * place
         patches = np.zeros(rolls.size, PATCH).view(np.recarray)
-        patches.extra_gap = gaps[index] + self._gap_at(place)
-        place_slices(*self._kernel, patches, rolls)
+        patches.extra_gap = pairs.gaps[index] + self._gap_at(place)
+        mesh, flanks = self._kernel
+        kernel, lowest = (line.of_kernel(mesh), flanks), lowest_rolls(self.problem)
+        place_parts(kernel, patches, (index, rolls, place), damaged, lowest)
         friction = self.problem.friction * patches.sliding_sign
         arms, is_driver = patches.moment_arms.T, (patches.master == 0)[:, None]
         nearer = np.stack([patches.arc, patches.mate_arc], axis=1)
         cosine = self.compliance.helix_cosine
-        one, two = (
-            _curvature_radius(pair, gear, s)
-            for gear, s in (
-                (pair.driver, rolls),
-                (pair.driven, pair.line_of_action - rolls),
-            )
-        )
+        least = MIN_ROLL * abs(line.length)
+        one = _curvature_radius(pair.driver, rolls, least)
+        two = _curvature_radius(pair.driven, line.length - rolls, least)
         parts = LineParts(
             pair=index,
             place=place,
@@ -121,6 +133,12 @@ class FaceSolver:
             angle=np.abs(patches.tilt[:, 1]),
         )
         is_there = patches.closing_ste < NO_FLANK_GAP
+        start, end = (np.full(rolls.size, at) for at in ends)
+        for one in damaged:
+            rows = np.flatnonzero(index == one.pair)
+            at = rolls[rows], place[rows]
+            is_there[rows] &= ~one.lacks(*at, line.length)
+            start[rows], end[rows] = one.path_ends(ends, place[rows], line.length)
         closing = np.where(is_there, arms[0] / pair.driver.base_radius, 1.0)
         gap = patches.closing_ste + self._depth_at(parts) / closing
         margin = PATH_MARGIN * pair.base_pitch
@@ -131,8 +149,7 @@ class FaceSolver:
             closing=cosine * arms[0] / pair.driver.base_radius,
             arm=pair.driver.sign * (cosine * arms[0] - friction * arms[2]),
             driven_arm=pair.driven.sign * (cosine * arms[1] - friction * arms[3]),
-            on_path=(rolls > pair.path_start + margin)
-            & (rolls < pair.path_end - margin),
+            on_path=(rolls > start + margin) & (rolls < end - margin),
         )
 
     def with_leads(self, lines: LinesOfContact, other: FaceSolver) -> LinesOfContact:
@@ -170,21 +187,20 @@ class FaceSolver:
         return depth
 
     def _parts_of_slices(
-        self, middle: Array, slope: float
+        self, pairs: int, cuts: Sequence[Array]
     ) -> tuple[Indices, Indices, Array, Array]:
         """Pair, slice and ends [m] of the parts of all slices of pairs (k,).
 
-        A slice in which a line leaves the path is cut there, so that the part on the
-        path grows steadily with the position.
+        cuts : places (k,) at which lines are cut [m], NaN for none
         """
-        pair, face = self.problem.pair, self.face
+        face = self.face
         half = 0.5 * face.width / face.slices
-        low = np.broadcast_to(face.places - half, (middle.size, face.slices)).ravel()
+        low = np.broadcast_to(face.places - half, (pairs, face.slices)).ravel()
         high = low + 2.0 * half
-        index = np.repeat(np.arange(middle.size), face.slices)
-        slices = np.tile(np.arange(face.slices), middle.size)
-        for end in (pair.path_start, pair.path_end) if slope else ():
-            cut = (middle[index] - end) / slope
+        index = np.repeat(np.arange(pairs), face.slices)
+        slices = np.tile(np.arange(face.slices), pairs)
+        for of_pairs in cuts:
+            cut = of_pairs[index]
             margin = MIN_PART * half
             inside = np.flatnonzero((cut > low + margin) & (cut < high - margin))
             index = np.concatenate([index, index[inside]])
@@ -201,7 +217,8 @@ class FaceSolver:
         larger loads change is in a part's own share.
         """
         pair, cosine = self.problem.pair, self.compliance.helix_cosine
-        length = float(lines.parts.length[lines.on_path].sum())
+        carries = lines.on_path & np.isfinite(lines.gap)
+        length = float(lines.parts.length[carries].sum())
         one, two = pair.pitch_point, pair.line_of_action - pair.pitch_point
         line = LineParts(
             pair=np.zeros(1, np.int64),
@@ -220,6 +237,30 @@ class FaceSolver:
         parts = lines.parts.chosen(index)
         smooth = self.compliance.between(teeth, parts)
         return Slices(self.compliance, lines, smooth, index, parts)
+
+
+def _cuts(
+    lines: tuple[Array, float],
+    length: float,
+    ends: tuple[float, float],
+    damaged: Sequence[DamagedPair],
+) -> list[Array]:
+    """Places (k,) at which lines of pairs (k,) leave the path or cross edges [m].
+
+    Cut there, the parts with material grow steadily with the position.
+
+    lines : roll lengths (k,) and slope, as of `FaceSolver.rolls`
+    length : of the line of action [m]
+    ends : driver's roll lengths of the ends of the path [m]
+    """
+    middle, slope = lines
+    cuts = [(middle - end) / slope for end in ends if slope]
+    for one in damaged:
+        for place in one.cuts(float(middle[one.pair]), slope, length):
+            of_pairs = np.full(middle.size, math.nan)
+            of_pairs[one.pair] = place
+            cuts.append(of_pairs)
+    return cuts
 
 
 @dataclass(frozen=True, eq=False)
@@ -495,9 +536,13 @@ def solve_over_width(
 
     with_slopes : whether the slopes by changes of the flanks are asked for
     """
-    positions = places.position
+    positions, moved, offset_gap = moved_lines(
+        problem.pair, problem.offsets, places.position, places.pitch, places.back
+    )
     teeth = pairs_over_width(problem, face, positions)
-    gaps = pair_gaps(problem, teeth - places.pitch[:, None], places.back)
+    numbers = teeth - places.pitch[:, None]
+    gaps = pair_gaps(problem, numbers, places.back) + offset_gap[:, None]
+    different = different_teeth(problem, numbers, places.back)
     solver = FaceSolver(problem, face)
     changes = tuple(changed_flanks(problem)) if with_slopes else ()
     changed_solvers = [FaceSolver(change.problem, face) for change in changes]
@@ -506,11 +551,18 @@ def solve_over_width(
     order = np.argsort(-torques)
     for n, position in enumerate(positions):
         require_running()
-        lines = solver.lines(teeth, float(position), gaps[n])
+        pairs = PairsAt(
+            teeth,
+            float(position),
+            gaps[n],
+            MomentaryLine(*moved[n]) if moved.size else MomentaryLine.of(problem.pair),
+            different and PairTeeth(*(of_gear[n] for of_gear in different)),
+        )
+        lines = solver.lines(pairs)
         lines_of_changes = [
             one.with_leads(lines, solver)
             if change.field == "lead_slope"
-            else one.lines(teeth, float(position), gaps[n])
+            else one.lines(pairs)
             for change, one in zip(changes, changed_solvers, strict=True)
         ]
         no_load = float(lines.gap.min())
@@ -653,11 +705,9 @@ def _store_slopes(
     np.add.at(cycle.face.load_change[at], (parts.pair, slices_of_parts), per_length)
 
 
-def _curvature_radius(pair: GearPair, gear: SpurGear, rolls: Array) -> Array:
-    """Radii of curvature at roll lengths, not too small; negative where concave."""
-    if gear.sign < 0:
-        return rolls
-    return np.maximum(rolls, MIN_ROLL * abs(pair.line_of_action))
+def _curvature_radius(gear: SpurGear, rolls: Array, least: float) -> Array:
+    """Radii of curvature at roll lengths, from the least one; negative if concave."""
+    return rolls if gear.sign < 0 else np.maximum(rolls, least)
 
 
 def _friction_bending(slices: Slices, solved: SliceLoads, carries: Touches) -> Array:

@@ -50,7 +50,12 @@ def faults_of(
         cracks=tuple(_cracks(entry, teeth, where)),
         spalls=tuple(_spalls(entry, flank, where)) if flank else (),
         broken_tips=tuple(
-            BrokenTip(tooth=tip.tooth - 1, height=tip.height_mm * MM)
+            BrokenTip(
+                tooth=tip.tooth - 1,
+                height=tip.height_mm * MM,
+                length=None if tip.length_mm is None else tip.length_mm * MM,
+                end=tip.end or "near",
+            )
             for tip in entry.broken_tips
         ),
         missing=tuple(sorted(tooth - 1 for tooth in entry.missing_teeth)),
@@ -99,7 +104,11 @@ def _crack(entry: CrackEntry) -> Crack:
 
 
 def _spalls(entry: GearEntry, flank: Zones, where: str) -> Iterator[Spall]:
-    broken = {tip.tooth: tip.height_mm * MM for tip in entry.broken_tips}
+    broken = {
+        tip.tooth: tip.height_mm * MM
+        for tip in entry.broken_tips
+        if tip.length_mm is None
+    }
     for position, spall in enumerate(entry.spalls, 1):
         tip = roll_length_below_tip(flank.gear, broken.get(spall.tooth, 0.0))
         place = f"{where}: spalls entry {position}, tooth {spall.tooth}"
@@ -110,7 +119,8 @@ def _spalls(entry: GearEntry, flank: Zones, where: str) -> Iterator[Spall]:
             tooth=spall.tooth - 1,
             start_roll_length=min(rolls),
             end_roll_length=max(rolls),
-            width_share=spall.width_share,
+            width_share=spall.share_of(entry.face_width_mm),
+            place=spall.place_mm * MM,
         )
 
 

@@ -5,9 +5,17 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from fegear.files.errors import InputError
 from fegear.gearset.faults.building import roll_length_below_tip
-from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind, Faults, Wear
+from fegear.gearset.faults.tooth_faults import (
+    FAULT_KINDS,
+    BrokenTip,
+    FaultKind,
+    Faults,
+    Wear,
+)
 from fegear.gearset.model import Gear, GearSet, Mesh
 from meshes import GearPair, GeometryError
 from meshes.gear import ceiled, floored
@@ -106,32 +114,47 @@ def _require_crackable(gear_set: GearSet, gear: Gear) -> None:
 
 @dataclass(frozen=True)
 class _Side:
-    """A gear in a mesh; overlap : base pitches by which its helix leads."""
+    """A gear in a mesh.
+
+    overlap : base pitches by which its helix leads
+    width : common face width [m]
+    """
 
     gear: Gear
     pair: GearPair
     drives: bool
     overlap: float
+    width: float
 
-    def path_end(self, height: float) -> float:
+    def path_end(self, tip: BrokenTip | None = None) -> float:
         """Driver's roll length [m] of the end of the path that the gear's tip limits.
 
-        height : of the broken tip
+        Where a corner is broken off, the rest of the tip is as far ahead or behind as
+        the helix leads there: what is lost is no more than that.
         """
+        if tip is None or tip.length is None:
+            return self._path_end_below(0.0 if tip is None else tip.height)
+        whole, broken = (self._path_end_below(h) for h in (0.0, tip.height))
+        lead = self.overlap * self.pair.base_pitch * min(1.0, tip.length / self.width)
+        return whole + float(np.clip(broken - whole, -lead, lead))
+
+    def _path_end_below(self, height: float) -> float:
         tip = roll_length_below_tip(self.gear.geometry, height)
         if self.drives:
             return min(tip, self.pair.line_of_action - undercut_end(self.pair.driven))
         return max(self.pair.line_of_action - tip, undercut_end(self.pair.driver))
 
-    def contact_ratio(self, height: float) -> float:
+    def contact_ratio(self, tip: BrokenTip | None) -> float:
         """Total contact ratio of a tooth with a broken tip, its mate's being whole."""
-        end = self.path_end(height)
+        end = self.path_end(tip)
         length = end - self.pair.path_start if self.drives else self.pair.path_end - end
         return length / self.pair.base_pitch + self.overlap
 
     @property
-    def largest_height(self) -> float:
-        return max((tip.height for tip in self.gear.faults.broken_tips), default=0.0)
+    def earliest_end(self) -> float:
+        """End of the path of the tooth that loses most of it, as of `path_end`."""
+        ends = [self.path_end(tip) for tip in (None, *self.gear.faults.broken_tips)]
+        return min(ends) if self.drives else max(ends)
 
     @property
     def longest_run(self) -> int:
@@ -153,7 +176,7 @@ class _Side:
         """Require that contact passes from each tooth to the next that is there."""
         name, teeth = f'gear "{self.gear.name}"', self.gear.geometry.teeth
         for position, tip in enumerate(self.gear.faults.broken_tips, 1):
-            ratio = self.contact_ratio(tip.height)
+            ratio = self.contact_ratio(tip)
             if not ratio >= 1.0:
                 raise InputError(
                     f"{name}: broken_tips entry {position}.height_mm = "
@@ -164,7 +187,8 @@ class _Side:
         for first, count in self.missing_runs():
             # the driver's tooth before them ends late, or the driven's after early
             neighbour = (first - 1 if self.drives else first + count) % teeth
-            ratio = self.contact_ratio(self.gear.faults.broken_height(neighbour))
+            tips = {tip.tooth: tip for tip in self.gear.faults.broken_tips}
+            ratio = self.contact_ratio(tips.get(neighbour))
             if not ratio >= count + 1:
                 row = f"tooth {first + 1}" if count == 1 else f"{count} teeth in a row"
                 raise InputError(
@@ -178,16 +202,21 @@ def _require_handover(gear_set: GearSet, number: int) -> None:
     mesh, overlap = gear_set.meshes[number], gear_set.overlap_ratio(number)
     gears = [gear_set.gears[gear] for gear in mesh.gears]
     where = f'mesh "{gears[0].name}"-"{gears[1].name}"'
+    width = gear_set.common_width(number)
     sides = [
-        _Side(gear, mesh.pair, drives, overlap)
+        _Side(gear, mesh.pair, drives, overlap, width)
         for gear, drives in zip(gears, (True, False), strict=True)
     ]
     for side in sides:
         side.require_handover(where)
-    faulty = [side for side in sides if side.largest_height or side.longest_run]
+    faulty = [
+        side
+        for side in sides
+        if side.gear.faults.broken_tips or side.gear.faults.missing
+    ]
     if len(faulty) < 2:
         return
-    end, start = (side.path_end(side.largest_height) for side in sides)
+    end, start = (side.earliest_end for side in sides)
     ratio = (end - start) / mesh.pair.base_pitch + overlap
     needed = 1 + sum(side.longest_run for side in sides)
     if not ratio >= needed:

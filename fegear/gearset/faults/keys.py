@@ -8,13 +8,14 @@ from typing import Annotated, Any, Literal, Protocol, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
 
-from fegear.gearset.faults.tooth_faults import MAX_SPALLS, MAX_WIDTH_SHARE
+from fegear.gearset.faults.tooth_faults import MAX_SPALLS, MAX_WIDTH_SHARE, WidthEnd
 from fegear.gearset.modifications import Interpolation
 from lumped.common.checks import format_number
-from meshes.gear import apart_from
+from meshes.gear import apart_from, ceiled, floored
 
 Item = TypeVar("Item")
 MAX_TEETH = 10000
+WIDTH_RTOL = 1e-9  # of a face width, by which rounded places may lie outside
 Listed = Annotated[tuple[Item, ...], Strict(False)]
 ToothNumber = Annotated[int, Field(ge=1, le=MAX_TEETH)]
 Length = Annotated[float, Field(gt=0.0, le=1e5)]
@@ -69,9 +70,34 @@ class SpallEntry(FaultEntry):
     end_roll_angle_deg: RollAngle = Field(
         description="Roll angle where the spall ends, above its start."
     )
-    width_share: Annotated[float, Field(gt=0.0, le=MAX_WIDTH_SHARE)] = Field(
-        description="Part of the face width over which the flank is missing."
+    width_share: Annotated[float, Field(gt=0.0, le=MAX_WIDTH_SHARE)] | None = Field(
+        default=None,
+        description="Part of the face width over which the flank is missing.",
     )
+    length_mm: Length | None = Field(
+        default=None,
+        description="Length along the face width over which the flank is missing, "
+        f"instead of width_share, at most {MAX_WIDTH_SHARE:g} of the width.",
+    )
+    place_mm: Annotated[float, Field(ge=-1e5, le=1e5)] = Field(
+        default=0.0,
+        description="Middle of the spall from the middle of the face width, along the "
+        "axis toward the far end. Loads vary over the width unless it is 0.",
+    )
+
+    @model_validator(mode="after")
+    def _stated_once(self) -> SpallEntry:
+        sizes = [self.width_share, self.length_mm]
+        if sizes.count(None) != 1:
+            start = "only one" if None not in sizes else "one"
+            raise ValueError(f"{start} of width_share and length_mm is needed")
+        return self
+
+    def share_of(self, face_width_mm: float) -> float:
+        """Missing part of a face width [mm]."""
+        if self.length_mm is None:
+            return self.width_share or 0.0
+        return self.length_mm / face_width_mm
 
     @model_validator(mode="after")
     def _in_order(self) -> SpallEntry:
@@ -93,9 +119,28 @@ class BrokenTipEntry(FaultEntry):
 
     tooth: ToothNumber = Field(description=TOOTH)
     height_mm: Length = Field(
-        description="Height of the tooth that is missing below the tip circle, over "
-        "the whole face width."
+        description="Height of the tooth that is missing below the tip circle: over "
+        "the whole face width, or of a corner at its end of the width."
     )
+    length_mm: Length | None = Field(
+        default=None,
+        description="Length along the face width of a corner that is broken off, "
+        "over which its edge rises to the tip, linear in the roll angle; loads vary "
+        "over the width. [default: the tip is missing over the whole width]",
+    )
+    end: WidthEnd | None = Field(
+        default=None,
+        description="End of the face width at which the corner is broken off.",
+    )
+
+    @model_validator(mode="after")
+    def _whole_corner(self) -> BrokenTipEntry:
+        if (self.length_mm is None) != (self.end is None):
+            stated, missing = "length_mm", "end"
+            if self.length_mm is None:
+                stated, missing = missing, stated
+            raise ValueError(f"{missing} is needed with {stated}")
+        return self
 
 
 class WearEntry(FaultEntry):
@@ -193,6 +238,7 @@ class HasFaults(Protocol):
 
     teeth: Any
     internal: bool
+    face_width_mm: float
     cracks: tuple[CrackEntry, ...]
     spalls: tuple[SpallEntry, ...]
     broken_tips: tuple[BrokenTipEntry, ...]
@@ -215,7 +261,8 @@ def require_faults(gear: HasFaults) -> None:
     _require_once("missing_teeth", gear.missing_teeth)
     roots = [f"{crack.tooth} at the {crack.root} root" for crack in gear.cracks]
     _require_once("cracks", roots)
-    _require_width(gear.spalls)
+    _require_within_face(gear)
+    _require_width(gear.spalls, gear.face_width_mm)
     _require_once("broken_tips", [tip.tooth for tip in gear.broken_tips])
     _require_once("worn_teeth", [wear.tooth for wear in gear.worn_teeth])
     if gear.eccentricity_angle_deg and not gear.eccentricity_um:
@@ -243,7 +290,40 @@ def _require_present(
             )
 
 
-def _require_width(spalls: Sequence[SpallEntry]) -> None:
+def _require_within_face(gear: HasFaults) -> None:
+    """Require that lengths along the face width lie within it."""
+    width = gear.face_width_mm
+    for position, spall in enumerate(gear.spalls, 1):
+        where, share = f"spalls entry {position}", spall.share_of(width)
+        if share > MAX_WIDTH_SHARE:
+            raise ValueError(
+                f"{where}.length_mm = {format_number(spall.length_mm or 0.0)}; must "
+                f"be at most {floored(MAX_WIDTH_SHARE * width)}, {MAX_WIDTH_SHARE:g} "
+                "of face_width_mm"
+            )
+        most = 0.5 * width * (1.0 - share)
+        if abs(spall.place_mm) > most * (1.0 + WIDTH_RTOL):
+            raise ValueError(
+                f"{where}.place_mm = {format_number(spall.place_mm)}; must be from "
+                f"{ceiled(-most)} to {floored(most)}, the spall ends "
+                "within face_width_mm"
+            )
+    for position, tip in enumerate(gear.broken_tips, 1):
+        if tip.length_mm is not None and tip.length_mm > width:
+            raise ValueError(
+                f"broken_tips entry {position}.length_mm = "
+                f"{format_number(tip.length_mm)}; must be at most face_width_mm, "
+                f"{format_number(width)}"
+            )
+
+
+def is_uneven(gear: HasFaults) -> bool:
+    """Whether damage of a gear makes loads vary over the face width."""
+    has_corner = any(tip.length_mm is not None for tip in gear.broken_tips)
+    return has_corner or any(spall.place_mm for spall in gear.spalls)
+
+
+def _require_width(spalls: Sequence[SpallEntry], face_width_mm: float) -> None:
     """Require that spalls side by side on a tooth leave a part of its width."""
     of_teeth: dict[int, list[SpallEntry]] = {}
     for position, spall in enumerate(spalls, 1):
@@ -255,7 +335,7 @@ def _require_width(spalls: Sequence[SpallEntry]) -> None:
                 "are allowed"
             )
         for start in (other.start_roll_angle_deg for other in others):
-            missing = sum(o.width_share for o in others if o.covers(start))
+            missing = sum(o.share_of(face_width_mm) for o in others if o.covers(start))
             if missing > MAX_WIDTH_SHARE:
                 most = f"{MAX_WIDTH_SHARE:g}"
                 raise ValueError(

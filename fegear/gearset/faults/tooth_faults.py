@@ -22,6 +22,7 @@ FaultKind = Literal[
     "cracks", "spalls", "broken_tips", "missing", "worn", "eccentricity"
 ]
 FAULT_KINDS: tuple[FaultKind, ...] = get_args(FaultKind)
+WidthEnd = Literal["near", "far"]
 MAX_SPALLS = 8  # of a tooth
 MAX_WIDTH_SHARE = 0.95  # of the face width, what a spall takes at most
 
@@ -49,12 +50,14 @@ class Spall:
     start_roll_length, end_roll_length : sqrt(r^2 - rb^2) of its ends, increasing toward
         the tip, negative on an internal gear
     width_share : missing part of the face width
+    place : of its middle from that of the face width, toward the far end
     """
 
     tooth: int
     start_roll_length: float
     end_roll_length: float
     width_share: float
+    place: float = 0.0
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -74,17 +77,27 @@ class Spall:
 
 @dataclass(frozen=True, kw_only=True)
 class BrokenTip:
-    """A tooth whose tip is missing over the whole face width.
+    """A tooth whose tip is missing over the whole face width, or one of its corners.
 
-    height : from the tip circle down to where the tooth ends
+    height : from the tip circle down to where the tooth ends, of a corner at its end
+        of the width
+    length : of a corner along the width, at which its edge has come up to the tip,
+        linear in the roll length; None of a tip
+    end : of the width at which a corner is
     """
 
     tooth: int
     height: float
+    length: float | None = None
+    end: WidthEnd = "near"
 
     def __post_init__(self) -> None:
         require_fields(self)
-        require_positive(self, "height")
+        require_positive(self, "height", "length")
+
+    @property
+    def is_corner(self) -> bool:
+        return self.length is not None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,8 +159,9 @@ class Faults:
         return tuple(sorted(teeth | set(self.missing)))
 
     def broken_height(self, tooth: int) -> float:
-        """Height of a tooth's broken tip, 0 without."""
-        return sum(tip.height for tip in self.broken_tips if tip.tooth == tooth)
+        """Height of a tooth's broken tip, 0 without; a corner leaves it its tip."""
+        tips = (tip for tip in self.broken_tips if not tip.is_corner)
+        return sum(tip.height for tip in tips if tip.tooth == tooth)
 
     def wear_of(self, tooth: int) -> FlankProfile | None:
         """Wear of a tooth: its own, else that of all teeth."""

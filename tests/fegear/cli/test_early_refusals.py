@@ -47,6 +47,9 @@ allowed = 0.5
 reason = "a test"
 """
 PLANE = 'plane = "stress"\n' + HELICAL
+CRACKED = HELICAL.replace(
+    '"one"\nteeth', '"one"\ncracks = [{ tooth = 1, depth_mm = 1 }]\nteeth'
+)
 ECCENTRIC = HELICAL.replace('"one"\nteeth', '"one"\neccentricity_um = 5\nteeth')
 SPUR = HELICAL.replace("helix_angle_deg = 20\n", "")
 SPUR = SPUR.replace("center_distance_mm = 80", "center_distance_mm = 75.2")
@@ -77,7 +80,7 @@ REFUSED = {
         "bifurcations --at 1500 --over friction=0,0.1",
     ),
     (PLANE, "plane = stress; must be width, it has helical gears"): SOLVED,
-    (ECCENTRIC, "faults are not known of helical gears"): ("stiffness", *ELEMENTS),
+    (CRACKED, "cracks are not known with helical gears"): ("stiffness", *ELEMENTS),
     (ECCENTRIC, "eccentricity_um; not modelled by"): ("relief", "tolerances", "render"),
     (WIDE, "slices of the face width, of an overlap ratio of"): ("export", *ELEMENTS),
     (LIGHT, "is less than the"): COUPLED,

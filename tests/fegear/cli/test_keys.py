@@ -189,6 +189,23 @@ FAULT_VALUES: Tables = {
     "eccentricity_angle_deg": 30.0,
 }
 FAULT_KEYS = {name: Key(v, (SHOWN,), FAULTY) for name, v in FAULT_VALUES.items()}
+FAULT_KEYS["spalls.place_mm"] = Key(0.5, (SHOWN,), FAULTY)
+LONG = {name: value for name, value in SPALL.items() if name != "width_share"}
+CORNERED = PAIR | {
+    "gear": [
+        PAIR["gear"][0]
+        | {
+            "spalls": [LONG | {"length_mm": 2.0}],
+            "broken_tips": [
+                {"tooth": 6, "height_mm": 0.1, "length_mm": 3.0, "end": "near"}
+            ],
+        },
+        PAIR["gear"][1],
+    ]
+}
+FAULT_KEYS["spalls.length_mm"] = Key(3.0, (SHOWN,), CORNERED)
+FAULT_KEYS["broken_tips.length_mm"] = Key(4.0, (SHOWN,), CORNERED)
+FAULT_KEYS["broken_tips.end"] = Key("far", (SHOWN,), CORNERED)
 # the contact ratio does not bridge a missing tooth
 FAULT_KEYS["missing_teeth"] = Key([7], (), FAULTY)
 RELIEF = {"magnitude_um": 8.0, "length_pitches": 0.3}

@@ -263,6 +263,11 @@ def random_faults(r: np.random.Generator, pair: GearPair, second: bool) -> dict:
     (spall,) = faults["spalls"]
     if spall["width_share"] < 0.45:  # another one beside it
         faults["spalls"] += [spall | {"start_roll_angle_deg": 0.5 * (start + end)}]
+    if r.random() < 0.5:
+        room = 10.0 * (1.0 - spall["width_share"])  # to both ends of 20 mm
+        spall["place_mm"] = room * r.uniform(-1.0, 1.0)
+        end = str(r.choice(["near", "far"]))
+        faults["broken_tips"][0] |= {"length_mm": r.uniform(0.1, 20.0), "end": end}
     return {key: value for key, value in faults.items() if r.random() < 0.7}
 
 
@@ -289,7 +294,8 @@ def test_round_trip_of_random_faults(seed):
     for given_keys, written in zip(faults, figures, strict=True):
         for key, value in given_keys.items():
             if isinstance(value, list):
-                defaults = {"tooth": None, "direction_deg": None}
+                defaults = {"tooth": None, "direction_deg": None, "place_mm": 0.0}
+                defaults |= {"length_mm": None, "end": None}
                 value = [
                     {k: v for k, v in defaults.items() if k in entry} | row
                     for row, entry in zip(value, written[key], strict=True)
@@ -303,6 +309,68 @@ def test_round_trip_of_random_faults(seed):
         for name, value in single_values(one)
     }
     assert make_gear_set(TABLES, edits) == gear_set
+
+
+ENDS = {"tooth": 3, "start_roll_angle_deg": 20.0, "end_roll_angle_deg": 22.0}
+CORNER = {"tooth": 4, "height_mm": 0.5}
+
+
+def test_a_length_of_a_spall_is_a_share_of_the_width():
+    """Loads vary over the width where damage is off the middle of the teeth."""
+    middle = tall({"spalls": [ENDS | {"length_mm": 5.0}]})
+    assert middle == tall({"spalls": [ENDS | {"width_share": 0.25}]})
+    assert not middle.meshes[0].varies_over_width
+    beside = tall({"spalls": [ENDS | {"length_mm": 5.0, "place_mm": -7.5}]})
+    (spall,) = beside.gears[0].faults.spalls
+    assert (spall.width_share, spall.place) == (0.25, -7.5e-3)
+    assert beside.meshes[0].varies_over_width
+    (line,) = fault_lines(beside.gears[0])
+    assert line.endswith("25 % of the face width, 7.5 mm from its middle toward the "
+                         "near end")  # fmt: skip
+
+
+def test_a_corner_is_at_an_end_of_the_width():
+    gears = tall(second={"broken_tips": [CORNER | {"length_mm": 6.0, "end": "far"}]})
+    (tip,) = gears.gears[1].faults.broken_tips
+    assert (tip.height, tip.length, tip.end) == (0.5e-3, 6e-3, "far")
+    assert gears.meshes[0].varies_over_width
+    assert not tall(second={"broken_tips": [CORNER]}).meshes[0].varies_over_width
+    (line,) = fault_lines(gears.gears[1])
+    told = "corner of 0.5 mm height broken off over 6 mm at the far end"
+    assert line.endswith(told)
+
+
+OFF_THE_FACE = {
+    "only one of width_share and length_mm": (
+        "spalls", ENDS | {"width_share": 0.5, "length_mm": 3.0}),
+    "one of width_share and length_mm is needed": ("spalls", ENDS),
+    "length_mm = 19.5; must be at most 19, 0.95 of face_width_mm": (
+        "spalls", ENDS | {"length_mm": 19.5}),
+    "place_mm = 7.6; must be from -7.5 to 7.5": (
+        "spalls", ENDS | {"length_mm": 5.0, "place_mm": 7.6}),
+    "length_mm = 20.5; must be at most face_width_mm, 20": (
+        "broken_tips", CORNER | {"length_mm": 20.5, "end": "near"}),
+    "end is needed with length_mm": ("broken_tips", CORNER | {"length_mm": 2.0}),
+    "length_mm is needed with end": ("broken_tips", CORNER | {"end": "far"}),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("told", OFF_THE_FACE)
+def test_damage_lies_within_the_face(told):
+    key, entry = OFF_THE_FACE[told]
+    with pytest.raises(InputError, match=told):
+        tall({key: [entry]})
+
+
+@pytest.mark.parametrize("height", [0.5, 3.5])
+def test_a_broken_corner_leaves_the_rest_of_the_width(height):
+    """Its tooth hands over there, where a tip broken as deep ends contact."""
+    corner = {"tooth": 4, "height_mm": height, "length_mm": 12.0, "end": "near"}
+    tall({"broken_tips": [corner]})
+    tip = {"tooth": 4, "height_mm": height}
+    if height > 1.0:
+        with pytest.raises(InputError, match="leaves a contact ratio of"):
+            tall({"broken_tips": [tip]})
 
 
 def plain(value):
