@@ -103,7 +103,7 @@ def static_inertias(
             sector_and_density = settings.sector(gear), gear.density
             arc = float(side.arcs(g)[position_index, contact])
             inertias[side.mesh] += (
-                cached_static_inertia(*sector_and_density, arc) / gear.face_width
+                cached_static_inertia(*sector_and_density, arc) / gear.toothed_width
             )
     return inertias
 
@@ -120,7 +120,7 @@ def body_modes(
     modes : of each gear
     """
     elastic = [
-        ElasticGear(gear_modes, gear.face_width, elastic_damping(gear, DAMPING))
+        ElasticGear(gear_modes, gear.toothed_width, elastic_damping(gear, DAMPING))
         for gear, gear_modes in zip(gear_set.gears, modes, strict=True)
     ]
     modal = modal_matrices(gear_set, reference, elastic)

@@ -76,6 +76,6 @@ def elastic_gears(
     gear_set: GearSet, modes: Sequence[GearModes], damping: float
 ) -> list[ElasticGear]:
     return [
-        ElasticGear(mode_set, gear.face_width, elastic_damping(gear, damping))
+        ElasticGear(mode_set, gear.toothed_width, elastic_damping(gear, damping))
         for gear, mode_set in zip(gear_set.gears, modes, strict=True)
     ]

@@ -34,7 +34,7 @@ def body_inertia(gear: Gear) -> float:
 
 def _over_width(gear: Gear, of_section: float, in_groove: float) -> float:
     """A quantity per width over the face width, of which the groove is part."""
-    return (gear.face_width - gear.groove) * of_section + gear.groove * in_groove
+    return gear.toothed_width * of_section + gear.groove * in_groove
 
 
 def mass_of(gear: Gear) -> float:

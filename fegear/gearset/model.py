@@ -78,7 +78,12 @@ class Gear(ShortRepr):
 
         Halves are free of each other at the groove.
         """
-        return 0.5 * (self.face_width - self.groove) if self.groove else self.face_width
+        return 0.5 * self.toothed_width if self.groove else self.face_width
+
+    @property
+    def toothed_width(self) -> float:
+        """Face width without the groove of a double helical gear [m]."""
+        return self.face_width - self.groove
 
 
 @dataclass(frozen=True, kw_only=True)

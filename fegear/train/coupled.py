@@ -101,7 +101,7 @@ def contacts_from_load_curves(
     inertia_rows = np.concatenate(
         [_inertia_rows(side, reliefs, rotation_shapes) for side in model.sides]
     )
-    widths = [gear.face_width for gear in gear_set.gears]
+    widths = [gear.toothed_width for gear in gear_set.gears]
     relief_works = [
         relief.work * width for relief, width in zip(reliefs, widths, strict=True)
     ]
