@@ -17,7 +17,12 @@ from fegear.contact.problem import ContactFailure, ContactProblem, MeshPositions
 from fegear.contact.result import ContactCycle, FaceLoads, empty_values
 from fegear.contact.width.compliance import TINY, FaceCompliance, LineParts
 from fegear.contact.width.contact import WidthContact
-from fegear.contact.width.flank_changes import FlankChange, changed_flanks
+from fegear.contact.width.flank_changes import (
+    GAPS_ALONE,
+    FlankChange,
+    changed_flanks,
+    sought_depths,
+)
 from fegear.gearset.modifications import LEAD_SIZES
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
@@ -130,13 +135,17 @@ class FaceSolver:
             & (rolls < pair.path_end - margin),
         )
 
-    def with_leads(self, lines: LinesOfContact, other: FaceSolver) -> LinesOfContact:
-        """Lines of contact of this problem, whose leads alone are not those of another.
+    def with_gaps(self, lines: LinesOfContact, other: FaceSolver) -> LinesOfContact:
+        """Lines of contact of this problem, whose gaps alone are not those of another.
+
+        By other leads or topographies.
 
         lines : of the other problem
         """
         place, closing = lines.parts.place, lines.closing / self.compliance.helix_cosine
         gap = self._gap_at(place) - other._gap_at(place)
+        if self.problem.topographies != other.problem.topographies:
+            gap += self._depth_at(lines.parts) - other._depth_at(lines.parts)
         is_there = np.isfinite(lines.gap)
         return replace(lines, gap=lines.gap + gap / np.where(is_there, closing, 1.0))
 
@@ -503,8 +512,8 @@ def solve_over_width(
         require_running()
         lines = solver.lines(teeth, float(position), gaps[n])
         lines_of_changes = [
-            one.with_leads(lines, solver)
-            if change.field == "lead_slope"
+            one.with_gaps(lines, solver)
+            if change.field in GAPS_ALONE
             else one.lines(teeth, float(position), gaps[n])
             for change, one in zip(changes, changed_solvers, strict=True)
         ]
@@ -556,6 +565,7 @@ def _empty_cycle(
     sizes = {"t": torques.size, "n": places.position.size, "k": teeth.size}
     sizes |= {"m": face.slices, "g": 2, "l": len(LEAD_SIZES), "c": len(changes)}
     sizes["s"] = places.position.size if changes else 0
+    sizes["h"] = sought_depths(solver.problem) if changes else 0
     twist_lead = pair.driver.base_radius * face.driver.kernel.twist * face.places
     loads = empty_values(
         FaceLoads,
