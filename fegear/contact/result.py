@@ -60,7 +60,7 @@ class Over:
 
     axes : letters of torques (t), positions (n), pairs (k), slices (m) and both gears
         or ends (g), of positions at which slopes were asked for (s), of sizes of a
-        lead (l) and of changes of the flanks (c)
+        lead (l), of sought depths of a topography (h) and of changes of the flanks (c)
     empty : value of a pair without contact, and where nothing is filled in
     back : seen from the drive side on back flanks: REVERSED, THROUGH_BACKLASH or as is
     """
