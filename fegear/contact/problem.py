@@ -48,12 +48,14 @@ class ContactFlank(FlankModifications, ShortRepr):
         teeth count in the order in which they come into contact
     faults : teeth that differ from the others, or None
     offset : centre off the axis of rotation, or None
+    depths_sought : whether slopes by the depths of the topography come with others
     """
 
     compliance: FlankCompliance
     pitch_errors: tuple[float, ...] = ()
     faults: ToothFaults | None = None
     offset: CenterOffset | None = None
+    depths_sought: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

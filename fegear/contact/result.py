@@ -60,7 +60,7 @@ class Over:
 
     axes : letters of torques (t), positions (n), pairs (k), slices (m) and both gears
         or ends (g), of positions at which slopes were asked for (s), of sizes of a
-        lead (l) and of changes of the flanks (c)
+        lead (l), of sought depths of a topography (h) and of changes of the flanks (c)
     empty : value of a pair without contact, and where nothing is filled in
     back : seen from the drive side on back flanks: REVERSED, THROUGH_BACKLASH or as is
     """
@@ -212,6 +212,9 @@ class ContactCycle(ShortRepr):
     lead_slope : (t, n, 2, 4) the same with respect to crowning, slope, end relief and
         its length [m] of the leads of driver and driven gear; 0 for flanks without
         lead; (t, 0, 2, 4) where they were not asked for
+    topography_slope : (t, n, 2, h) the same with respect to the depths [m] of the
+        topographies of driver and driven gear, those of one roll length after another,
+        where they are sought
     gap : (t, n, k) transmission error that closes each pair [m]; infinite where its
         flanks do not face each other
     pressure : (t, n, k) largest contact pressure [Pa]
@@ -243,6 +246,7 @@ class ContactCycle(ShortRepr):
     relief_slope: Annotated[Array, Over("tsggg")]
     profile_slope: Annotated[Array, Over("tsgg")]
     lead_slope: Annotated[Array, Over("tsgl")]
+    topography_slope: Annotated[Array, Over("tsgh")]
     gap: Annotated[Array, Over("tnk", math.inf, THROUGH_BACKLASH)]
     pressure: Annotated[Array, Over("tnk")]
     friction_bending: Annotated[Array, Over("tnk", math.nan)]

@@ -1,4 +1,4 @@
-"""The reliefs and leads that make an objective least, by searches from many designs."""
+"""The modifications that make an objective least, by searches from many designs."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from fegear.commands.relief.objective import ReliefObjective, linear_step
 from fegear.commands.relief.quantities import SlopedValues
 from fegear.commands.relief.relief_problem import LeadRange, ReliefProblem, ReliefRange
+from fegear.commands.relief.topography_range import TopographyRange
 from lumped.common.array_types import Array
 
 # of the trust region, over the range of designs: in a search, and near a best design
@@ -60,6 +61,7 @@ def starting_designs(problem: ReliefProblem, count: int) -> list[Array]:
                 np.resize(sizes, reliefs),
                 np.resize(lengths, reliefs),
                 [parts[i] for parts in leads],
+                problem.topography.start(i) if problem.topography else [],
             ]
         )
         for i, (sizes, lengths) in enumerate(START_PATTERNS)
@@ -154,7 +156,8 @@ def refined(
     )
 
 
-Feature = tuple[ReliefRange, ...] | LeadRange  # reliefs of one size, or a lead
+# reliefs of one size, a lead or the topography
+Feature = tuple[ReliefRange, ...] | LeadRange | TopographyRange
 
 
 def without_idle_features(
@@ -162,12 +165,12 @@ def without_idle_features(
 ) -> tuple[ReliefProblem, Array, int]:
     """The problem and design without what hardly changes the objective.
 
-    From the smallest on, each relief (or that of both gears) and lead is left out if
-    the objective rises by less than MIN_EFFECT of that without any. Where the rise is
-    larger, but less than REFINED_EFFECT, the others are refined first. The last value
-    is the number of solutions of the mesh cycle.
+    From the smallest on, each relief (or that of both gears), lead and topography is
+    left out if the objective rises by less than MIN_EFFECT of that without any. Where
+    the rise is larger, but less than REFINED_EFFECT, the others are refined first. The
+    last value is the number of solutions of the mesh cycle.
     """
-    without_any = replace(problem, ranges=(), leads=())
+    without_any = replace(problem, ranges=(), leads=(), topography=None)
     largest = objective.of(without_any.values(np.empty(0)))
     value, evaluations = objective.of(problem.values(design)), 2
     for feature in _features_by_depth(problem, design):
@@ -195,19 +198,23 @@ def _features_by_depth(problem: ReliefProblem, design: Array) -> list[Feature]:
     ]
     for lead, sizes in problem.lead_sizes(design):
         depths.append((abs(sizes[lead.name]), lead))
+    if problem.topography:
+        of_points = problem.topography_depths(design)
+        depths.append((float(np.ptp(of_points)), problem.topography))
     return [feature for _, feature in sorted(depths, key=lambda entry: entry[0])]
 
 
 def _without(
     problem: ReliefProblem, design: Array, feature: Feature
 ) -> tuple[ReliefProblem, Array]:
-    """The problem and design without the reliefs of a group, or a lead."""
+    """The problem and design without a group's reliefs, a lead or the topography."""
     magnitudes, lengths, _ = problem.parts(design)
     keeps = np.array([group != feature for group in problem.groups], bool)
     leads = [
         (lead, sizes) for lead, sizes in problem.lead_sizes(design) if lead != feature
     ]
     of_leads = [size for _, sizes in leads for size in sizes.values()]
+    topography = None if problem.topography == feature else problem.topography
     fewer = replace(
         problem,
         ranges=tuple(
@@ -217,8 +224,12 @@ def _without(
             if keep
         ),
         leads=tuple(lead for lead, _ in leads),
+        topography=topography,
     )
-    return fewer, np.concatenate([magnitudes[keeps], lengths[keeps], of_leads])
+    sizes = [magnitudes[keeps], lengths[keeps], of_leads]
+    if topography:
+        sizes.append(problem.topography_depths(design))
+    return fewer, np.concatenate(sizes)
 
 
 class _SearchEnd(NamedTuple):

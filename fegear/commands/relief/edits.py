@@ -10,6 +10,7 @@ import numpy as np
 
 from fegear.commands.relief.objective import ReliefObjective
 from fegear.commands.relief.relief_problem import LeadRange, ReliefProblem, ReliefRange
+from fegear.commands.relief.topography_range import TopographyRange
 from fegear.commands.relief.vibration import VibrationBest
 from fegear.gearset.modifications import FlankLead, FlankModifications, ReliefShape
 from lumped.common.array_types import Array
@@ -34,10 +35,14 @@ def _micrometres(values: tuple[float, ...]) -> list[float]:
 
 
 class DesignRows(NamedTuple):
-    """Sought reliefs and leads with rounded sizes, and what 1 um more would change."""
+    """Sought reliefs and leads with rounded sizes, and what 1 um more would change.
+
+    topography : keys of it in a gear-set file, None without
+    """
 
     reliefs: list[dict[str, Any]]
     leads: list[dict[str, Any]]
+    topography: dict[str, Any] | None
 
 
 def design_rows(
@@ -71,7 +76,10 @@ def design_rows(
             }
         )
         i += len(sizes)
-    return DesignRows(reliefs, leads)
+    topography = None
+    if problem.topography:
+        topography = problem.topography.table(problem.topography_depths(design))
+    return DesignRows(reliefs, leads, topography)
 
 
 def rounded(problem: ReliefProblem, design: Array) -> Array:
@@ -141,6 +149,16 @@ def lead_edits(
     return edits
 
 
+def topography_edits(
+    mesh: int, topography: TopographyRange, table: dict[str, Any] | None
+) -> dict[str, Any]:
+    """Key of the gear set that gives a topography to its gear, or takes it away.
+
+    mesh : its number, from 1
+    """
+    return {f"mesh.{mesh}.{topography.key}": table or {}}
+
+
 def _start_values(
     problem: ReliefProblem, entry: ReliefRange, length: float
 ) -> dict[str, Any]:
@@ -166,13 +184,15 @@ def left_out_reliefs(places: list[str], reliefs: list[dict[str, Any]]) -> list[s
 
 
 def left_out_features(sought: ReliefProblem, rows: DesignRows) -> list[str]:
-    """Reliefs and leads that were sought and are not among the rows."""
+    """What was sought and is not among the rows."""
     names = {row["lead"] for row in rows.leads}
     leads = [f"{lead.role}_lead.{lead.name}" for lead in sought.leads]
     places = [entry.place for entry in sought.ranges]
+    topography = sought.topography
     return [
         *left_out_reliefs(places, rows.reliefs),
         *(name for name in leads if name not in names),
+        *([topography.key] if topography and not rows.topography else []),
     ]
 
 

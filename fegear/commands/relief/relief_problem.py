@@ -1,4 +1,4 @@
-"""Reliefs and leads that are sought, and what they change.
+"""Reliefs, leads and topographies that are sought, and what they change.
 
 The transmission error of a loaded pair of gears answers a change of the gap of one
 tooth pair by that pair's part of the next increment of the load, its slope over the
@@ -27,6 +27,7 @@ from fegear.commands.relief.quantities import (
     no_slopes,
     responses,
 )
+from fegear.commands.relief.topography_range import TopographyRange
 from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.result import ContactCycle
@@ -138,6 +139,7 @@ class ReliefProblem:
     leads : that are sought
     solvers : of cases with other misalignment, in place of that of `contact`
     quantities : that are asked for
+    topography : whose depths are sought, or None
     roots : root stress of driver and driven gear, where it is asked for
     """
 
@@ -152,6 +154,7 @@ class ReliefProblem:
     solvers: tuple[PlaneContact | WidthContact, ...] = ()
     quantities: tuple[Quantity, ...] = ("ste",)
     roots: tuple[WideRoot, ...] = ()
+    topography: TopographyRange | None = None
 
     @property
     def groups(self) -> tuple[tuple[ReliefRange, ...], ...]:
@@ -167,7 +170,8 @@ class ReliefProblem:
         """Limits of a design (x,).
 
         Magnitudes of n groups [um], then their lengths [base pitches], then sizes of
-        leads [um], of end reliefs also their length [mm].
+        leads [um], of end reliefs also their length [mm], then depths of the topography
+        [um].
         """
         magnitudes = [(0.0, self.max_magnitude / UM)] * len(self.groups)
         limits = [[entry.lengths for entry in group] for group in self.groups]
@@ -176,16 +180,17 @@ class ReliefProblem:
             for group_limits in limits
         ]
         leads = [limit for lead in self.leads for limit in lead.limits]
-        return magnitudes + lengths + leads
+        depths = self.topography.limits if self.topography else []
+        return magnitudes + lengths + leads + depths
 
     def parts(self, design: Array) -> tuple[Array, Array, Array]:
-        """Magnitudes (n,) and lengths (n,) of groups, and sizes of leads."""
+        """Magnitudes (n,) and lengths (n,) of groups, and sizes of leads and depths."""
         count = len(self.groups)
         return design[:count], design[count : 2 * count], design[2 * count :]
 
     @property
     def depths(self) -> list[int]:
-        """Which of the sizes of a design are depths [um]."""
+        """Which of the sizes of a design are depths of reliefs and leads [um]."""
         groups = len(self.groups)
         indices, i = list(range(groups)), 2 * groups
         for lead in self.leads:
@@ -208,6 +213,11 @@ class ReliefProblem:
         for entry in self.leads:
             yield entry, {name: float(remaining.pop(0)) for name in entry.units}
 
+    def topography_depths(self, design: Array) -> Array:
+        """Depths of the topography in a design (h,) [um]."""
+        count = self.topography.size if self.topography else 0
+        return design[design.size - count :]
+
     def contact_of(self, design: Array) -> ContactProblem:
         """The contact problem with the reliefs and leads of a design."""
         pitch = self.contact.pair.base_pitch
@@ -229,6 +239,12 @@ class ReliefProblem:
             before = changed[lead.role].get("lead", flank.lead or FlankLead())
             metres = {name: lead.units[name] * size for name, size in sizes.items()}
             changed[lead.role]["lead"] = replace(before, **metres)
+        if self.topography:
+            depths = self.topography.of(self.topography_depths(design))
+            changed[self.topography.role] |= {
+                "topography": depths,
+                "depths_sought": True,
+            }
         return replace(
             self.contact,
             driver=replace(self.contact.driver, **changed["driver"]),
@@ -295,6 +311,10 @@ class ReliefProblem:
         for lead in self.leads:
             for slope in lead.slopes():
                 yield [slope]
+        if self.topography:
+            gear = ROLES.index(self.topography.role)
+            for i in range(self.topography.size):
+                yield [SizeSlope("topography_slope", (gear, i), UM)]
 
 
 def relief_ranges(

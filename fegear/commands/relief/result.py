@@ -104,9 +104,11 @@ class ReliefResult(StudyResult):
     """Best reliefs and leads, and what they do.
 
     reliefs, leads : place, size and sensitivity of each
+    topography : its key in a mesh, and the keys in it; None without
     left_out : those that were sought and change the objective too little
     max_magnitude_um : largest relief that is allowed
     lead_limits : lowest and highest depth of each lead [um]
+    max_topography_um : largest depth of a topography that is allowed, None without
     objective : static one, of vibration the largest peak to peak
     before, after : of it, in the unit of its quantity
     rows : peak to peak of the transmission error, and largest values over the width, in
@@ -125,6 +127,7 @@ class ReliefResult(StudyResult):
     meshes: list[int]
     reliefs: list[dict[str, Any]]
     leads: list[dict[str, Any]]
+    topography: dict[str, Any] | None
     objective: ReliefObjective
     before: float
     after: float
@@ -139,6 +142,7 @@ class ReliefResult(StudyResult):
     left_out: list[str]
     max_magnitude_um: float
     lead_limits: Mapping[str, tuple[float, float]]
+    max_topography_um: float | None
     complete: bool = True
 
     @cached_property
@@ -152,6 +156,7 @@ class ReliefResult(StudyResult):
             f"objective_after{self._unit_end}": self._objective_before_and_after[1],
             "reliefs": self.reliefs,
             "leads": self.leads,
+            "topography": self.topography,
             "left_out": self.left_out,
             "max_relief_um": self.max_magnitude_um,
             "torques": self.rows,
@@ -237,6 +242,16 @@ class ReliefResult(StudyResult):
             )
             yield with_code("W37", text)
 
+        if self.topography and self.max_topography_um:
+            largest = max(map(max, self.topography["depth_um"]))
+            if largest >= (1.0 - LIMIT_RTOL) * self.max_topography_um:
+                text = (
+                    f"{self.topography['topography']}: a depth ends at the largest "
+                    f"allowed, {self.max_topography_um:.4g} um, which "
+                    "--max-topography-um raises"
+                )
+                yield with_code("W37", text)
+
     @property
     def _sweep_text(self) -> str:
         values = self.vibration or {}
@@ -287,6 +302,10 @@ class ReliefResult(StudyResult):
             + (f", {row['length_mm']} mm" if row["length_mm"] else "")
             for row in self.leads
         }
+        if self.topography:
+            of_leads[self.topography["topography"]] = (
+                f"{self.topography['depth_um']} um"
+            )
         more = {
             name: _in_si_units(name)
             for name in self.rows[0]
@@ -435,6 +454,9 @@ class ReliefResult(StudyResult):
         if self.leads:
             columns = LEAD_COLUMNS | self._change_column
             yield RowTable(self.leads, columns, "Best lead modification", ("lead",))
+        if self.topography:
+            columns, rows = self._topography_table
+            yield RowTable(rows, columns, f"Best {self._topography_name} [um]", ())
         early_reliefs = [r["relief"] for r in self.reliefs if r["in_single_contact"]]
         if early_reliefs:
             yield (
@@ -462,6 +484,29 @@ class ReliefResult(StudyResult):
     def _change_column(self) -> Columns:
         unit = f" [{self._unit}]" if self._unit else ""
         return {f"objective{unit}\nby 1 um more": cell("objective_per_um", 3)}
+
+    @property
+    def _topography_name(self) -> str:
+        return (self.topography or {})["topography"].replace("_", " ")
+
+    @property
+    def _topography_table(self) -> tuple[Columns, list[dict[str, Any]]]:
+        """Depths over roll angle, and in columns over place."""
+        table = self.topography or {}
+        columns: Columns = {"roll angle\ndeg": cell("roll_angle_deg", 5)}
+        for place in table["place_mm"]:
+            columns |= {f"at\n{place:.4g} mm": cell(f"at_{place}_mm", 4)}
+        rows = [
+            {"roll_angle_deg": angle}
+            | {
+                f"at_{place}_mm": depth
+                for place, depth in zip(table["place_mm"], depths, strict=True)
+            }
+            for angle, depths in zip(
+                table["roll_angle_deg"], table["depth_um"], strict=True
+            )
+        ]
+        return columns, rows
 
     @property
     def _case_columns(self) -> Columns:

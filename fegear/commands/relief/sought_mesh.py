@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 from fegear.commands.relief.cases import Cases
 from fegear.commands.relief.edits import (
@@ -13,6 +13,7 @@ from fegear.commands.relief.edits import (
     lead_edits,
     relief_edits,
     sought_leads,
+    topography_edits,
 )
 from fegear.commands.relief.relief_problem import (
     Lead,
@@ -20,6 +21,12 @@ from fegear.commands.relief.relief_problem import (
     lead_ranges,
     relief_ranges,
 )
+from fegear.commands.relief.topography_range import (
+    TopographyRange,
+    topography_range,
+)
+from fegear.contact.plane.contact import PlaneContact
+from fegear.contact.problem import ContactProblem
 from fegear.elasticity.wide_root import WideRoot
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.modifications import ReliefShape
@@ -33,11 +40,21 @@ from lumped.common.units import UM
 TINY_CROWNING_UM = 1e-6
 
 
+class LargestDepths(NamedTuple):
+    """Depths [m] up to which modifications are sought."""
+
+    relief: float
+    lead: float
+    topography: float
+
+
 @dataclass(frozen=True)
 class SoughtMesh:
     """A mesh by its index, and what is sought of it.
 
     places, leads : reliefs of both gears, and leads of the one with fewer teeth
+    topography : points over profile and width of the one that is sought of that gear,
+        or None
     misalignments_um : in place of that of the gear set, or empty
     settings : of its solution; shape : of reliefs
     """
@@ -46,6 +63,7 @@ class SoughtMesh:
     index: int
     places: tuple[str, ...]
     leads: tuple[Lead, ...]
+    topography: tuple[int, int] | None
     misalignments_um: tuple[float, ...]
     settings: StaticsSettings
     shape: ReliefShape
@@ -85,7 +103,8 @@ class SoughtMesh:
         """
         gears = self.gear_set.changed(edits)
         is_plane = not gears.meshes[self.index].varies_over_width
-        if not (is_plane and (self.leads or self.misalignments_um)):
+        sought = self.leads or self.topography or self.misalignments_um
+        if not (is_plane and sought):
             return gears
         crowning = {
             f"mesh.{i + 1}.driver_lead.crowning_um": TINY_CROWNING_UM
@@ -103,14 +122,20 @@ class SoughtMesh:
 
     @cached_property
     def gear_sets(self) -> tuple[GearSet, ...]:
-        """The gear set at all misalignments, without the leads that are sought."""
-        if not self.leads:
+        """The gear set at all misalignments, without the leads that are sought.
+
+        And without the topography.
+        """
+        if not (self.leads or self.topography):
             return self.cases.gear_sets
         ranges = lead_ranges(self.role, self.leads, 1.0, 1.0)
         edits: dict[str, Any] = {}
         for i, mesh in self._meshes():
-            leads = sought_leads(mesh.flanks, ranges, [])
-            edits |= lead_edits(i + 1, leads, mesh.misalignment)
+            if self.leads:
+                leads = sought_leads(mesh.flanks, ranges, [])
+                edits |= lead_edits(i + 1, leads, mesh.misalignment)
+            if self.topography:
+                edits[f"mesh.{i + 1}.{self.role}_topography"] = {}
         return self.changed(edits).gear_sets
 
     def _meshes(self) -> list[tuple[int, Mesh]]:
@@ -125,12 +150,14 @@ class SoughtMesh:
             if sought.leads:
                 leads = sought_leads(mesh.flanks, sought.leads, rows.leads)
                 edits |= lead_edits(i + 1, leads, mesh.misalignment)
+            if sought.topography:
+                edits |= topography_edits(i + 1, sought.topography, rows.topography)
         return edits
 
     def problem(
-        self, torques: Array, positions: Array, max_relief: float, max_lead: float
+        self, torques: Array, positions: Array, largest: LargestDepths
     ) -> ReliefProblem:
-        """The sought reliefs and leads, and their largest depths [m]."""
+        """What is sought, with its largest depths."""
         contacts = [
             contact_problem(one, self.index, self.settings) for one in self.gear_sets
         ]
@@ -149,12 +176,21 @@ class SoughtMesh:
             ranges=relief_ranges(contact, self.places),
             torques=torques,
             positions=positions,
-            max_magnitude=max_relief,
+            max_magnitude=largest.relief,
             shape=self.shape,
-            leads=lead_ranges(self.role, self.leads, max_lead, gear.face_width),
+            leads=lead_ranges(self.role, self.leads, largest.lead, gear.face_width),
             solvers=tuple(one.solver for one in contacts),
             roots=self._roots,
+            topography=self._topography_range(contact, largest.topography),
         )
+
+    def _topography_range(
+        self, contact: ContactProblem, largest: float
+    ) -> TopographyRange | None:
+        face = contact.solver
+        if self.topography is None or isinstance(face, PlaneContact):
+            return None
+        return topography_range(contact, face, self.role, self.topography, largest)
 
     @property
     def _roots(self) -> tuple[WideRoot, ...]:

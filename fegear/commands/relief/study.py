@@ -35,7 +35,7 @@ from fegear.commands.relief.objective import (
 )
 from fegear.commands.relief.relief_problem import LEADS, PLACES, Lead, ReliefProblem
 from fegear.commands.relief.result import ReliefResult
-from fegear.commands.relief.sought_mesh import SoughtMesh
+from fegear.commands.relief.sought_mesh import LargestDepths, SoughtMesh
 from fegear.commands.relief.tolerance import tolerance_band
 from fegear.commands.relief.vibration import VibrationBest, VibrationSearch
 from fegear.contact.plane.contact import PlaneContact
@@ -93,6 +93,7 @@ MAX_ORDER, MAX_WEIGHT = 64, 1e6
 MAX_MISALIGNMENTS, STEP_RTOL = 100, 1e-9
 MISALIGNMENTS = "must be A:B with A below B, A:B:STEP, or numbers with commas"
 FEW_POSITIONS = 16  # of a first search
+MAX_POINTS = 8  # of a topography, over profile or width
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
     exposed=expose("friction", "positions", "plane", "resolution"),
@@ -125,6 +126,23 @@ def _parsed_leads(text: str) -> tuple[Lead, ...]:
         if name not in LEADS or names.count(name) > 1:
             raise ValueError(f"must be {', '.join(LEADS)}, each once, with commas")
     return tuple(lead for lead in LEADS if lead in names)
+
+
+def _parsed_points(text: str) -> tuple[int, int]:
+    try:
+        over_profile, over_width = (int(part) for part in text.split("x"))
+    except ValueError:
+        over_profile, over_width = 0, 0
+    if not all(2 <= count <= MAX_POINTS for count in (over_profile, over_width)):
+        raise ValueError(
+            f"must be KxL, such as 3x4, with 2 to {MAX_POINTS} points over profile and "
+            "width"
+        )
+    return over_profile, over_width
+
+
+def _written_points(points: tuple[int, int]) -> str:
+    return "x".join(map(str, points))
 
 
 def _parsed_weights(text: str) -> tuple[tuple[Objective, float], ...]:
@@ -186,13 +204,14 @@ class ReliefDesign(
     command="relief",
     example="relief liu-pair --torque 60:140:20 -o best.toml --plot best.png",
 ):
-    """Best reliefs and leads over torque and misalignment.
+    """Best reliefs, leads and topographies over torque and misalignment.
 
-    Magnitude and length of the reliefs of both gears, and lead modifications of one of
-    them, are sought together, from several starts, so that the objective is least: peak
-    to peak or harmonics of the static transmission error, pressure or load over the
-    face width, or the vibration over a band of speeds. Reliefs and leads that the gear
-    set has at these places are replaced.
+    Magnitude and length of the reliefs of both gears, and lead modifications and a
+    topography of one of them, are sought together, from several starts, so that the
+    objective is least: peak to peak or harmonics of the static transmission error,
+    pressure, load or root stress over the face width, or the vibration over a band of
+    speeds. Reliefs, leads and the topography that the gear set has at these places are
+    replaced.
     """
 
     partial = True
@@ -215,6 +234,7 @@ class ReliefDesign(
         "contact pressure; line_load: largest load per length of contact on a band of "
         "the width; distribution: load distribution factor K_Hbeta; root_stress: "
         "largest tooth-root stress of both gears.",
+        metavar="NAME",
     )
     also: tuple[tuple[Objective, float], ...] = setting(
         (),
@@ -231,6 +251,14 @@ class ReliefDesign(
         metavar="NAME,NAME",
         parse=_parsed_leads,
         write=",".join,
+    )
+    topography: tuple[int, int] | None = setting(
+        None,
+        "Topography to seek, of the gear with fewer teeth: depths at KxL points over "
+        "active profile and face width, such as 3x4. [default: none]",
+        metavar="KxL",
+        parse=_parsed_points,
+        write=_written_points,
     )
     misalignment_um: tuple[float, ...] = setting(
         (),
@@ -280,6 +308,13 @@ class ReliefDesign(
         "transmission error and the largest misalignment]",
         Range(above=0.0, below=1e4),
         option="--max-lead-um",
+    )
+    max_topography_um: float | None = setting(
+        None,
+        "Largest depth of a topography [um]. [default: twice the largest static "
+        "transmission error and the largest misalignment]",
+        Range(above=0.0, below=1e4),
+        option="--max-topography-um",
     )
     starts: int = setting(
         5, "Number of designs from which searches start.", Range(1, 64)
@@ -331,6 +366,8 @@ class ReliefDesign(
                 yield name, "needs {compromises}"
         if not self.lead:
             yield "max_lead_um", "needs {lead}"
+        if not self.topography:
+            yield "max_topography_um", "needs {topography}"
 
     @property
     def _goals(self) -> tuple[str, ...]:
@@ -346,9 +383,10 @@ class ReliefDesign(
             raise InputError(f"gear_set = {gears.name}; needs a gear set by its name")
         if study.objective == "vibration" and not study.speeds:
             raise InputError("speeds is missing; objective = vibration needs a band")
-        if not (study.tip or study.root or study.lead):
+        if not (study.tip or study.root or study.lead or study.topography):
             raise InputError(
-                "tip = off; a relief or a lead must be sought, see --root and --lead"
+                "tip = off; a relief, a lead or a topography must be sought, see "
+                "--root, --lead and --topography"
             )
         if study.compromises and len(torques) < 2:
             raise InputError(
@@ -381,7 +419,8 @@ class ReliefDesign(
                     "width, of gears that are helical, crowned or misaligned, or "
                     f"{display_name(self, 'lead')}"
                 )
-        others = over_width or self.also or self.lead or len(mesh.gear_sets) > 1
+        sought = self.lead or self.topography
+        others = over_width or self.also or sought or len(mesh.gear_sets) > 1
         if self.compromises and others:
             raise InputError(
                 f"compromises = {self.compromises}; are those of the peak to peak at "
@@ -394,6 +433,7 @@ class ReliefDesign(
             index=index,
             places=tuple(p for p in PLACES if getattr(self, p.partition("_")[2])),
             leads=self.lead,
+            topography=self.topography,
             misalignments_um=self.misalignment_um,
             settings=replace(self.elements, root_stress="root_stress" in self._goals),
             shape=self.shape,
@@ -408,7 +448,7 @@ class ReliefDesign(
         before = cases.solved(torques)
         limits = self._limits(before.largest_error, mesh.largest_misalignment)
         positions = np.arange(self.elements.positions) / self.elements.positions
-        problem = mesh.problem(np.array(torques), positions, *limits)
+        problem = mesh.problem(np.array(torques), positions, limits)
         problem = replace(problem, symmetric=self.symmetric)
         objective = self._static_objective(
             "largest" if self.objective == "vibration" else self.objective, before
@@ -444,6 +484,11 @@ class ReliefDesign(
             meshes=[n + 1 for n in gears.meshes_of_same_flanks(index)],
             reliefs=rows.reliefs,
             leads=rows.leads,
+            topography=(
+                {"topography": sought.topography.key, **rows.topography}
+                if sought.topography and rows.topography
+                else None
+            ),
             objective=objective,
             before=before.objective(objective) / objective.unit,
             after=after.objective(objective) / objective.unit,
@@ -455,6 +500,7 @@ class ReliefDesign(
             lead_limits={
                 f"{lead.role}_lead.{lead.name}": lead.limits[0] for lead in sought.leads
             },
+            max_topography_um=sought.topography.largest if sought.topography else None,
             vibration=vibration_entries(vibration),
             front=list(front[0]),
             tolerance=self._tolerance(problem, design, objective),
@@ -480,12 +526,15 @@ class ReliefDesign(
             warnings += [w for w in table_warnings(solved) if w not in warnings]
         return warnings
 
-    def _limits(self, largest_error: float, misalignment: float) -> tuple[float, float]:
-        """Largest relief and lead [m]."""
+    def _limits(self, largest_error: float, misalignment: float) -> LargestDepths:
+        """Largest relief, lead and topography."""
         default = MAX_OVER_ERROR * largest_error
-        of_relief = UM * self.max_relief_um if self.max_relief_um else default
-        of_lead = UM * self.max_lead_um if self.max_lead_um else default + misalignment
-        return of_relief, of_lead
+        over_width = default + misalignment
+        return LargestDepths(
+            UM * self.max_relief_um if self.max_relief_um else default,
+            UM * self.max_lead_um if self.max_lead_um else over_width,
+            UM * self.max_topography_um if self.max_topography_um else over_width,
+        )
 
     def _static_objective(
         self, name: Objective, before: SolvedCases | None = None

@@ -222,6 +222,7 @@ def _recorded(
         relief_slope=rates.relief.sum(axis=2) / total_slope,
         profile_slope=rates.profile.sum(axis=2) / total_slope[..., 0],
         lead_slope=np.zeros((*rates.shape[:2], 2, len(LEAD_SIZES))),
+        topography_slope=np.zeros((*rates.shape[:2], 2, 0)),
         gap=np.where(cells.gap >= NO_FLANK_GAP, np.inf, cells.gap),
         pressure=cells.pressure,
         friction_bending=np.where(cells.load > 0.0, cells.bending, np.nan),

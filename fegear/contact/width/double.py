@@ -40,6 +40,7 @@ def both_halves(near: ContactCycle, far: ContactCycle, groove: float) -> Contact
         relief_slope=_mean(near.relief_slope, far.relief_slope),
         profile_slope=_mean(near.profile_slope, far.profile_slope),
         lead_slope=_mean(near.lead_slope, far.lead_slope),
+        topography_slope=_mean(near.topography_slope, far.topography_slope),
         gap=_mean(near.gap, far.gap),
         pressure=np.maximum(near.pressure, far.pressure),
         friction_bending=np.where(both, mean_bending, bending),

@@ -7,13 +7,17 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from fegear.contact.problem import ContactProblem
-from fegear.gearset.modifications import LEAD_SIZES, FlankLead
+from fegear.gearset.modifications import LEAD_SIZES, FlankLead, FlankTopography
 
 # Of a depth, in which the gap is linear, and of a length, small beside a slice [m]
 DEPTH_STEP, ROLL_STEP = 1e-7, 1e-6
 RELIEFS = "tip_relief", "root_relief"
 RELIEF_STEPS = {"magnitude": DEPTH_STEP, "start_roll_length": ROLL_STEP}
 PROFILE_STEPS = {"crowning": DEPTH_STEP, "slope": DEPTH_STEP}
+GAPS_ALONE = (
+    "lead_slope",
+    "topography_slope",
+)  # fields of changes of no place of contact
 LEAD_STEPS = dict.fromkeys(LEAD_SIZES, DEPTH_STEP) | {"end_length": ROLL_STEP}
 
 
@@ -31,7 +35,7 @@ class FlankChange(NamedTuple):
 
 
 def changed_flanks(problem: ContactProblem) -> Iterator[FlankChange]:
-    """Changes of the reliefs, profiles and leads that there are."""
+    """Changes of the reliefs, profiles and leads that there are, and sought depths."""
     for gear, flank in enumerate(problem.flanks):
         for end, name in enumerate(RELIEFS):
             relief = getattr(flank, name)
@@ -46,6 +50,29 @@ def changed_flanks(problem: ContactProblem) -> Iterator[FlankChange]:
         ):
             changed = _with_flank(problem, gear, lead=other)
             yield FlankChange(changed, "lead_slope", (gear, i), step)
+        if flank.topography is not None and flank.depths_sought:
+            for i, other in enumerate(_deeper(flank.topography)):
+                changed = _with_flank(problem, gear, topography=other)
+                yield FlankChange(changed, "topography_slope", (gear, i), DEPTH_STEP)
+
+
+def sought_depths(problem: ContactProblem) -> int:
+    """Largest number of depths of a topography by which slopes are asked for."""
+    return max(
+        len(flank.topography.roll_lengths) * len(flank.topography.places)
+        if flank.topography is not None and flank.depths_sought
+        else 0
+        for flank in problem.flanks
+    )
+
+
+def _deeper(topography: FlankTopography) -> Iterator[FlankTopography]:
+    """A topography with each of its depths larger by a step."""
+    for i, row in enumerate(topography.depths):
+        for j, depth in enumerate(row):
+            deeper = (*row[:j], depth + DEPTH_STEP, *row[j + 1 :])
+            depths = (*topography.depths[:i], deeper, *topography.depths[i + 1 :])
+            yield replace(topography, depths=depths)
 
 
 def _lead_steps(lead: FlankLead | None) -> Mapping[str, float]:

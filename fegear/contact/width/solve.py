@@ -30,7 +30,12 @@ from fegear.contact.width.damage import (
     damaged_pairs,
     place_parts,
 )
-from fegear.contact.width.flank_changes import FlankChange, changed_flanks
+from fegear.contact.width.flank_changes import (
+    GAPS_ALONE,
+    FlankChange,
+    changed_flanks,
+    sought_depths,
+)
 from fegear.gearset.modifications import LEAD_SIZES
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
@@ -152,13 +157,17 @@ class FaceSolver:
             on_path=(rolls > start + margin) & (rolls < end - margin),
         )
 
-    def with_leads(self, lines: LinesOfContact, other: FaceSolver) -> LinesOfContact:
-        """Lines of contact of this problem, whose leads alone are not those of another.
+    def with_gaps(self, lines: LinesOfContact, other: FaceSolver) -> LinesOfContact:
+        """Lines of contact of this problem, whose gaps alone are not those of another.
+
+        By other leads or topographies.
 
         lines : of the other problem
         """
         place, closing = lines.parts.place, lines.closing / self.compliance.helix_cosine
         gap = self._gap_at(place) - other._gap_at(place)
+        if self.problem.topographies != other.problem.topographies:
+            gap += self._depth_at(lines.parts) - other._depth_at(lines.parts)
         is_there = np.isfinite(lines.gap)
         return replace(lines, gap=lines.gap + gap / np.where(is_there, closing, 1.0))
 
@@ -560,8 +569,8 @@ def solve_over_width(
         )
         lines = solver.lines(pairs)
         lines_of_changes = [
-            one.with_leads(lines, solver)
-            if change.field == "lead_slope"
+            one.with_gaps(lines, solver)
+            if change.field in GAPS_ALONE
             else one.lines(pairs)
             for change, one in zip(changes, changed_solvers, strict=True)
         ]
@@ -613,6 +622,7 @@ def _empty_cycle(
     sizes = {"t": torques.size, "n": places.position.size, "k": teeth.size}
     sizes |= {"m": face.slices, "g": 2, "l": len(LEAD_SIZES), "c": len(changes)}
     sizes["s"] = places.position.size if changes else 0
+    sizes["h"] = sought_depths(solver.problem) if changes else 0
     twist_lead = pair.driver.base_radius * face.driver.kernel.twist * face.places
     loads = empty_values(
         FaceLoads,

@@ -285,7 +285,8 @@ REFUSED = [
     ({"objective": "pressure"}, "needs loads that vary over the face width"),
     ({"objective": "root_stress"}, "objective = root_stress; needs loads that vary"),
     ({"also": (("root_stress", 1.0),)}, "objective = root_stress; needs loads that"),
-    ({"tip": False}, "tip = off; a relief or a lead must be sought"),
+    ({"tip": False}, "tip = off; a relief, a lead or a topography must be sought"),
+    ({"topography": (3, 3)}, "plane = stress; must be width"),
     ({"lead": ("slope",)}, "plane = stress; must be width"),
     ({"compromises": 3, "also": (("mean", 1.0),)}, "compromises = 3; are those of"),
 ]
@@ -297,6 +298,9 @@ WORDS = [
     ("--also=mean=1,mean=2", "must have each objective once"),
     ("--misalignment-um=0:5:0", "STEP must be above 0"),
     ("--also=mean=0", "weights must be above 0"),
+    ("--topography=3", "must be KxL, such as 3x4, with 2 to 8 points"),
+    ("--topography=3x9", "must be KxL, such as 3x4, with 2 to 8 points"),
+    ("--topography=1x3", "must be KxL, such as 3x4, with 2 to 8 points"),
     ("--lead=slope,slope", "must be crowning, slope, end_relief, each once"),
 ]
 
