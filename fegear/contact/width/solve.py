@@ -133,11 +133,11 @@ class FaceSolver:
         )
         is_there = patches.closing_ste < NO_FLANK_GAP
         start, end = (np.full(rolls.size, at) for at in ends)
-        for one in damaged:
-            rows = np.flatnonzero(index == one.pair)
+        for teeth in damaged:
+            rows = np.flatnonzero(index == teeth.pair)
             at = rolls[rows], place[rows]
-            is_there[rows] &= ~one.lacks(*at, line.length)
-            start[rows], end[rows] = one.path_ends(ends, place[rows], line.length)
+            is_there[rows] &= ~teeth.lacks(*at, line.length)
+            start[rows], end[rows] = teeth.path_ends(ends, place[rows], line.length)
         closing = np.where(is_there, arms[0] / pair.driver.base_radius, 1.0)
         gap = patches.closing_ste + self._depth_at(parts) / closing
         margin = PATH_MARGIN * pair.base_pitch
