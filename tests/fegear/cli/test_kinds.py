@@ -36,6 +36,15 @@ def with_defaults(tables: Tables, **keys) -> Tables:
     return tables | {"defaults": tables["defaults"] | keys}
 
 
+def with_halves(tables: Tables) -> Tables:
+    """The gears as double helical ones."""
+    gears = [
+        gear | {"hand": "double", "gap_mm": 3.0, "face_width_mm": 20.0}
+        for gear in tables["gear"]
+    ]
+    return with_defaults(tables | {"gear": gears}, helix_angle_deg=18.0)
+
+
 # bearings and shafts for the commands that are about them
 SPUR = with_gear(BENT, ball_bearing=BALLS)
 INTERNAL = with_mesh(
@@ -57,6 +66,7 @@ KINDS = {
     "planetary": PLANETS,
     "pitch errors": with_gear(SPUR, pitch_errors_um=[1.0, *18 * [0.0]]),
     "helical ring": with_defaults(INTERNAL, helix_angle_deg=12.0),
+    "double helical": with_halves(SPUR),
     "helical planets": with_defaults(PLANETS, helix_angle_deg=12.0),
     "cracked": with_gear(SPUR, cracks=[{"tooth": 1, "depth_mm": 1.0}]),
 }
