@@ -97,7 +97,7 @@ def root_modes(wide: WideSector, tables: WidthTables, width: float) -> RootModes
     return RootModes(
         arcs=sector.flanks[RIGHT].arcs,
         grading=sector.size.flank_grading,
-        along=_along(fillet.points),
+        along=arcs_along(fillet.points),
         places=places,
         stress=stress,
     )
@@ -165,7 +165,7 @@ def _tension(
     return np.asarray(plane * (strain_across + poisson * strain_along))
 
 
-def _along(points: Array) -> Array:
+def arcs_along(points: Array) -> Array:
     """Arcs (f,) of points of a fillet from the first one [m]."""
     return np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
 
@@ -215,7 +215,7 @@ class WideRoot:
     @cached_property
     def _difference(self) -> Array:
         """Stress as in `RootModes`, at the points of the section's fillet."""
-        along = _along(self.section.fillets[0])
+        along = arcs_along(self.section.fillets[0])
         old = self.modes.along
         new = np.clip(along * (old[-1] / along[-1]), old[0], old[-1])
         return interpolated(self.modes.stress, old, new, (3,))
@@ -234,8 +234,9 @@ class WideRoot:
 
     def largest_at(self, tension: Array) -> Indices:
         """Point (t, 1, z) of the fillet of the largest of tensions (t, f, z)."""
-        root = _along(self.section.fillets[0]) > NEAR_FLANK * self.section.gear.module
-        first = int(np.flatnonzero(root)[0])
+        along = arcs_along(self.section.fillets[0])
+        is_root = along > NEAR_FLANK * self.section.gear.module
+        first = int(np.flatnonzero(is_root)[0])
         return first + tension[:, first:].argmax(axis=1, keepdims=True)
 
     def along_fillet(self, loads: Sequence[LineLoad]) -> Array:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.contact.result import ContactCycle
+from fegear.elasticity.wide_root import arcs_along
 from fegear.gearset.model import GearSet
 from fegear.rendering.placed_mesh import ROLES, PlacedMesh, Role, placed_mesh
 from lumped.common.array_types import Array, Indices
@@ -116,18 +117,20 @@ class ToothSurface:
 
     points : (n, 3); faces : (m, 4)
     arc : (n,) from the tip corner on the loaded flank [m], elsewhere NaN
+    along : (n,) from the flank on in the fillet below it [m], elsewhere NaN
     edges : (k, 2) lines where the surface has corners
     """
 
     points: Array
     faces: Indices
     arc: Array
+    along: Array
     edges: Indices
 
 
 def tooth_surface(gear: GearInSpace, position: float, pair: int) -> ToothSurface:
     """Surface of the tooth of a pair, with both ends."""
-    right, arc = _half_section(gear.teeth)
+    right, arc, along = _half_section(gear.teeth)
     section = np.vstack([MIRROR * right[:0:-1], right])
     n = len(right)  # the tooth's axis meets the outline at n - 1
     count = len(section)
@@ -143,6 +146,7 @@ def tooth_surface(gear: GearInSpace, position: float, pair: int) -> ToothSurface
         # neighbours are beside the cuts through the rim
         faces=np.vstack([_quads(node[:, 1:-1]), cap, cap + node[-1, 0]]),
         arc=np.tile(np.concatenate([np.full(n - 1, np.nan), arc]), SECTIONS),
+        along=np.tile(np.concatenate([np.full(n - 1, np.nan), along]), SECTIONS),
         edges=np.vstack([np.stack([line[:-1], line[1:]], axis=1) for line in lines]),
     )
 
@@ -158,25 +162,32 @@ def _end_faces(n: int) -> Indices:
     return np.vstack([[[left[0], n - 1, right[0], right[0]]], ladder])
 
 
-def _half_section(gear: SpurGear) -> tuple[Array, Array]:
+def _half_section(gear: SpurGear) -> tuple[Array, Array, Array]:
     """Right half of a sector's outline (n, 2), from the tooth's axis to below the rim.
 
-    And arcs (n,) from the tip corner where it is the flank, else NaN.
+    And arcs (n,) from the tip corner where it is the flank, else NaN, and from the
+    flank on where it is fillet or root land, else NaN.
     """
     edges = half_sector_outline(gear, OUTLINE)
-    points, arcs = [edges[0].vertices[:1]], [np.full(1, np.nan)]
+    points = [edges[0].vertices[:1]]
+    arcs, along, passed = [np.full(1, np.nan)], [np.full(1, np.nan)], 0.0
     for edge in edges:
-        vertices = edge.vertices[1:]
-        points.append(vertices)
-        arcs.append(np.full(len(vertices), np.nan))
+        vertices = edge.vertices
+        points.append(vertices[1:])
+        arcs.append(np.full(len(vertices) - 1, np.nan))
+        along.append(arcs[-1].copy())
         if edge.name == "tip":
             arcs[-1][-1] = 0.0
         elif edge.name == "flank":
-            arcs[-1][:] = edge.parameters[1:]
+            arcs[-1][:], along[-1][-1] = edge.parameters[1:], 0.0
+        else:
+            along[-1][:] = passed + arcs_along(vertices)[1:]
+            passed = float(along[-1][-1])
     rim = gear.root_radius - RIM * gear.module
     points.append(polar(np.array([rim]), 0.5 * gear.pitch_angle))
     arcs.append(np.full(1, np.nan))
-    return np.vstack(points), np.concatenate(arcs)
+    along.append(np.full(1, np.nan))
+    return np.vstack(points), np.concatenate(arcs), np.concatenate(along)
 
 
 def _quads(node: Indices) -> Indices:

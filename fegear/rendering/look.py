@@ -14,7 +14,8 @@ from fegear.rendering.frames import View
 from fegear.rendering.gear_fields import GearField, PairField
 from lumped.common.array_types import Array, Indices
 
-Shown = Literal["von-mises", "principal", "displacement", "pressure"]
+Shown = Literal["von-mises", "principal", "displacement", "pressure", "root-stress"]
+PLANE_SHOWN: tuple[Shown, ...] = "von-mises", "principal", "displacement", "pressure"
 SIZE = (1920, 1080)  # pixels
 HEADER, MARGIN = 0.10, 0.13  # parts of the picture for the title and the colour bar
 RIBBON, ALONE = 0.16, 0.22  # height of the largest pressure over the view's half
@@ -60,6 +61,7 @@ COLOURS: dict[str, Colours] = {
         "elastic_shift", "elastic\ndisplacement", "um", 1e6, "viridis"
     ),
     "pressure": Colours("", "contact\npressure", "MPa", 1e-6, "plasma"),
+    "root-stress": Colours("", "root\nstress", "MPa", 1e-6, "turbo"),
 }
 
 

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,7 +28,14 @@ from fegear.rendering.extremes import PeaksInView
 from fegear.rendering.fields import ContactField
 from fegear.rendering.frames import View
 from fegear.rendering.gear_set_scene import GearSetScene
-from fegear.rendering.look import RenderStyle, Shown, look_of, palette, picture_aspect
+from fegear.rendering.look import (
+    PLANE_SHOWN,
+    RenderStyle,
+    Shown,
+    look_of,
+    palette,
+    picture_aspect,
+)
 from fegear.rendering.mesh_scene import MeshScene, Zoom
 from fegear.result import Result
 from fegear.statics.settings import StaticsSettings
@@ -58,8 +65,8 @@ class PictureSettings(ShortRepr):
     shown: Shown | None = option(
         None,
         "Quantity that the colours show: von Mises stress, largest principal stress, "
-        "displacement or contact pressure. [default: von-mises, or pressure where "
-        "loads vary over the face width]",
+        "displacement or contact pressure; where loads vary over the face width "
+        "pressure or root-stress. [default: von-mises, or pressure]",
     )
     zoom: Zoom = option(
         "contact",
@@ -298,7 +305,7 @@ class Drawing:
     def _write_page(self, field: ContactField, output: Path) -> None:
         from fegear.rendering.viewer_page import page
 
-        quantities = dict.fromkeys((self._shown, *get_args(Shown)))
+        quantities = dict.fromkeys((self._shown, *PLANE_SHOWN))
         looks = [self._style_of_fields([field], shown) for shown in quantities]
         write_text(output, page(field, looks, printable(self.contact.title)))
 

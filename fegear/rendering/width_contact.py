@@ -7,8 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from fegear.contact.problem import ContactProblem
 from fegear.contact.result import ContactCycle, joined_cycles
 from fegear.contact.solve import solve_cycle
+from fegear.elasticity.cache import cached_wide_root
+from fegear.elasticity.wide_root import NEAR_FLANK
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
@@ -16,12 +19,14 @@ from fegear.rendering.contact_sequence import mesh_title, require_position
 from fegear.rendering.flank_surfaces import (
     ContactBand,
     GearInSpace,
+    ToothSurface,
     contact_band,
     gears_in_space,
 )
 from fegear.rendering.look import round_down_to_1_2_5
 from fegear.statics.contact_problem import contact_problem, require_solvable
 from fegear.statics.plausibility import plausibility_warnings
+from fegear.statics.root_stress import FilletTension, fillet_tension
 from fegear.statics.settings import StaticsSettings
 from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
@@ -37,6 +42,7 @@ class WidthSequence(ShortRepr):
 
     mesh : index from 0; torque : on its driver [N m]
     position : of a single picture, base pitches from the pitch point
+    with_root : whether the root stress is asked for
     """
 
     gear_set: GearSet
@@ -44,6 +50,7 @@ class WidthSequence(ShortRepr):
     torque: float
     position: float
     statics: StaticsSettings
+    with_root: bool = False
 
     @property
     def title(self) -> str:
@@ -60,7 +67,7 @@ class WidthSequence(ShortRepr):
         self, positions: Sequence[float], report: Progress = silent
     ) -> WidthMoments:
         """The contact at positions of the cycle [base pitches]."""
-        statics = replace(self.statics, root_stress=False)  # it takes time
+        statics = replace(self.statics, root_stress=self.with_root)  # it takes time
         problem = contact_problem(self.gear_set, self.mesh, statics, report)
         places = np.array(positions, float)
         pitch = np.floor(places).astype(np.int64)
@@ -73,7 +80,23 @@ class WidthSequence(ShortRepr):
             cycles.append(solve_cycle(problem, torques, position, pitch[chunk]))
         cycle = cycles[0] if len(cycles) == 1 else joined_cycles(cycles)
         self._require_in_mesh(float(cycle.ste.max()))
-        return WidthMoments(gears_in_space(self.gear_set, self.mesh), cycle)
+        gears = gears_in_space(self.gear_set, self.mesh)
+        return WidthMoments(gears, cycle, self._tensions(problem, cycle))
+
+    def _tensions(
+        self, problem: ContactProblem, cycle: ContactCycle
+    ) -> tuple[FilletTension, ...]:
+        """Tension in the fillets of driver and driven gear; none if not asked for."""
+        if not self.with_root:
+            return ()
+        gears = [self.gear_set.gears[i] for i in self.gear_set.meshes[self.mesh].gears]
+        sectors = [(g.geometry, self.statics.material(g)) for g in gears]
+        return tuple(
+            fillet_tension(
+                problem, cycle, number, cached_wide_root(*sector, self.statics.size)
+            )
+            for number, sector in enumerate(sectors)
+        )
 
     def _require_in_mesh(self, ste: float) -> None:
         """Refuse a transmission error [m] beyond which teeth are not in mesh."""
@@ -91,10 +114,12 @@ def width_contact_at_rest(
     torque: float,
     position: float,
     statics: StaticsSettings,
+    with_root: bool = False,
 ) -> WidthSequence:
     """Contact of a mesh (index from 0) under a torque on its driver [N m].
 
     position : base pitches from the pitch point
+    with_root : whether the root stress is asked for
 
     Raises InputError for what `require_solvable` refuses.
     """
@@ -106,6 +131,7 @@ def width_contact_at_rest(
         torque=torque,
         position=position,
         statics=statics,
+        with_root=with_root,
     )
 
 
@@ -135,6 +161,7 @@ class WidthMoment:
     gears: tuple[GearInSpace, GearInSpace]
     cycle: ContactCycle
     index: int
+    tensions: tuple[FilletTension, ...] = ()
 
     @property
     def torque(self) -> float:
@@ -155,6 +182,25 @@ class WidthMoment:
     def ste(self) -> float:
         """Transmission error [m]."""
         return float(self.cycle.ste[0, self.index])
+
+    def root_stress(self, gear: int, pair: int, tooth: ToothSurface) -> Array:
+        """Tension across the fillet at points (n,) of a tooth [Pa], elsewhere NaN.
+
+        gear : 0 of the driver, 1 of the driven gear; tooth : of a pair
+        """
+        from scipy.interpolate import RegularGridInterpolator
+
+        result, tension = np.full(tooth.along.size, np.nan), self.tensions[gear]
+        (at,) = np.nonzero(tension.teeth == pair)
+        if at.size:
+            field = RegularGridInterpolator(
+                (tension.along, tension.place), tension.stress[self.index, at[0]]
+            )
+            inside = np.flatnonzero(np.isfinite(tooth.along))
+            along = np.clip(tooth.along[inside], 0.0, tension.along[-1])
+            place = np.clip(-tooth.points[inside, 2], *tension.place[[0, -1]])
+            result[inside] = field(np.stack([along, place], axis=1))
+        return result
 
     def band(self, gear: int) -> ContactBand:
         """Contact on the flanks of driver, 0, or driven gear, 1."""
@@ -194,12 +240,13 @@ class WidthMoments(ShortRepr):
 
     gears: tuple[GearInSpace, GearInSpace]
     cycle: ContactCycle
+    tensions: tuple[FilletTension, ...] = ()
 
     def __len__(self) -> int:
         return self.cycle.position.size
 
     def __getitem__(self, index: int) -> WidthMoment:
-        return WidthMoment(self.gears, self.cycle, index)
+        return WidthMoment(self.gears, self.cycle, index, self.tensions)
 
     @property
     def positions(self) -> Array:
@@ -223,6 +270,15 @@ class WidthMoments(ShortRepr):
         )
 
     @property
+    def root_peaks(self) -> tuple[float, ...]:
+        """Largest root stress of both gears [Pa], of all positions."""
+        peaks = []
+        for gear, tension in enumerate(self.tensions):
+            is_root = tension.along > NEAR_FLANK * self.gears[gear].teeth.module
+            peaks.append(float(np.nanmax(tension.stress[:, :, is_root])))
+        return tuple(peaks)
+
+    @property
     def edge_slices(self) -> int:
         """Number of loaded slices at which an edge touches, of all positions."""
         face = self.cycle.face
@@ -238,7 +294,9 @@ class WidthMoments(ShortRepr):
 
     @property
     def limit(self) -> float:
-        """Pressure at the end of the colours [Pa]; edges are beyond."""
+        """Value at the end of the colours [Pa]; edges are beyond."""
+        if self.tensions:
+            return max(self.root_peaks)
         if self.peak is not None:
             return self.peak.value
         return float(self.cycle.face.pressure.max())

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fegear.gearset.helix import hand
 from fegear.rendering.flank_surfaces import GearInSpace, ToothSurface, tooth_surface
-from fegear.rendering.look import BODY, COLOURS, HEADER, MARGIN
+from fegear.rendering.look import BODY, COLOURS, HEADER, MARGIN, Shown
 from fegear.rendering.width_contact import (
     PairLoad,
     WidthMoment,
@@ -21,7 +21,9 @@ from lumped.common.array_types import Array, Indices
 
 LIFT = 0.006  # modules, by which contacts are drawn above a flank
 EDGE_COLOUR = "#00a0c0"  # of edges in contact, which is none of the map
-ELEVATION, ASIDE = 0.95, 0.30  # of the eye over the teeth, and to the near end
+ASIDE = 0.30  # of the eye to the near end
+# and over the teeth, from where flanks, and from where roots are seen
+ELEVATION: dict[Shown, float] = {"pressure": 0.95, "root-stress": 1.7}
 FRAME = 1.14  # height of the view over that of the teeth, for labels
 VIEWS = 2  # of a picture
 
@@ -45,11 +47,12 @@ class Eye:
 class WidthStyle:
     """What is the same in all pictures of a film.
 
-    limit : of the colours [Pa]; pairs : whose teeth are drawn
+    shown : what the colours are; limit : of them [Pa]; pairs : whose teeth are drawn
     widening : drawn over true width of contacts
     eyes : on driver and driven gear
     """
 
+    shown: Shown
     limit: float
     pairs: Sequence[int]
     widening: float
@@ -62,10 +65,12 @@ def style_of(moments: WidthMoments, aspect: float) -> WidthStyle:
     aspect : width over height of the view of a gear
     """
     pairs = moments.pairs
+    shown: Shown = "root-stress" if moments.tensions else "pressure"
     driver, driven = (
-        _eye(gear, moments.positions, pairs, aspect) for gear in moments.gears
+        _eye(gear, moments.positions, pairs, aspect, ELEVATION[shown])
+        for gear in moments.gears
     )
-    return WidthStyle(moments.limit, pairs, moments.widening, (driver, driven))
+    return WidthStyle(shown, moments.limit, pairs, moments.widening, (driver, driven))
 
 
 def view_aspect(size: tuple[int, int]) -> float:
@@ -74,11 +79,15 @@ def view_aspect(size: tuple[int, int]) -> float:
 
 
 def _eye(
-    gear: GearInSpace, positions: Array, pairs: Sequence[int], aspect: float
+    gear: GearInSpace,
+    positions: Array,
+    pairs: Sequence[int],
+    aspect: float,
+    elevation: float,
 ) -> Eye:
     """Above the teeth of a gear, toward its loaded flanks and the near end."""
     outward, ahead = gear.directions
-    toward = ahead + ELEVATION * outward + [0.0, 0.0, ASIDE]
+    toward = ahead + elevation * outward + [0.0, 0.0, ASIDE]
     toward /= np.linalg.norm(toward)
     # the axis is level in the picture, so that the helix is inclined as it is
     axis = np.array([0.0, 0.0, np.cross(outward, toward)[2]])
@@ -97,10 +106,12 @@ def _eye(
     return Eye(toward, up, right, middle, float(half_height))
 
 
-def legend_of(moment: WidthMoment) -> tuple[str, list[str]]:
+def legend_of(moment: WidthMoment, shown: Shown) -> tuple[str, list[str]]:
     """Title of the colour bar with its unit, and what the bar does not show."""
-    colours = COLOURS["pressure"]
+    colours = COLOURS[shown]
     notes = ["blue: edges,", "no limit"] if not moment.band(0).on_path.all() else []
+    if shown == "root-stress":
+        notes = ["black: lines", "of contact"]
     return f"{colours.title}\n[{colours.unit}]", notes
 
 
@@ -151,12 +162,12 @@ def numbered(teeth: Sequence[ToothSurface], name: str) -> Indices:
     return np.vstack(parts)
 
 
-def width_palette() -> NDArray[np.uint8]:
+def width_palette(shown: Shown) -> NDArray[np.uint8]:
     """All colours of a picture (256, 3), for files that hold no more."""
     from matplotlib import colormaps
     from matplotlib.colors import to_rgb
 
-    painted = colormaps[COLOURS["pressure"].map](np.linspace(0.0, 1.0, 128))[:, :3]
+    painted = colormaps[COLOURS[shown].map](np.linspace(0.0, 1.0, 128))[:, :3]
     shaded = [
         np.linspace(to_rgb(one), to_rgb(other), count)
         for one, other, count in (

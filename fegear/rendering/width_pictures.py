@@ -88,7 +88,8 @@ class WidthDrawing:
         moments = self.sequence.solved([i / count for i in range(count)], report)
         title = self.sequence.title + self.sequence.film_title
         images = self._images(moments, title, FILM_WIDTH, report)
-        write_whole(output, lambda path: write_film(images, path, width_palette()))
+        colours = width_palette("root-stress" if moments.tensions else "pressure")
+        write_whole(output, lambda path: write_film(images, path, colours))
         return moments
 
     def _images(

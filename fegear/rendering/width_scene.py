@@ -44,6 +44,7 @@ if TYPE_CHECKING:
 MATE_OPACITY, LINE_OPACITY = 0.08, 0.25  # of the gear in front
 AMBIENT, DIFFUSE, LIGHT = 0.35, 0.60, 1.0
 QUAD = 9  # VTK's cell type
+PLAIN = {"color": INK, "scalars": None}  # of contacts beside the root stress
 
 
 def draw_over_width(
@@ -56,7 +57,7 @@ def draw_over_width(
             plotter.subplot(1, gear)
             mapper = _draw_view(plotter, moment, style, gear, size)
         plotter.subplot(1, VIEWS)
-        draw_bar(plotter, mapper, legend_of(moment), size)
+        draw_bar(plotter, mapper, legend_of(moment, style.shown), size)
         plotter.subplot(0, 0)
         draw_title(plotter, title, details_of(moment, style), size)
         return screenshot(plotter)
@@ -76,6 +77,7 @@ def _draw_view(
     eye = style.eyes[index]
     _look_from(plotter, eye)
     plotter.enable_anti_aliasing("ssaa" if size[0] < 1000 else "msaa")
+    actor = None
     light = pyvista.Light(light_type="headlight", intensity=LIGHT)
     plotter.add_light(light, only_active=True)
     line = max(1.0, 1.5 * size[1] / 1080.0)
@@ -85,15 +87,25 @@ def _draw_view(
     ):
         teeth = [tooth_surface(one, moment.place, pair) for pair in style.pairs]
         surface, edges = _surface(teeth), _edges(teeth)
-        plotter.add_mesh(
+        painted: dict[str, Any] = {"color": BODY}
+        if style.shown == "root-stress" and one is gear:
+            surface["root_stress_MPa"] = 1e-6 * np.concatenate(
+                [
+                    moment.root_stress(index, pair, tooth)
+                    for pair, tooth in zip(style.pairs, teeth, strict=True)
+                ]
+            )
+            painted = _colours(style, "root_stress_MPa", BODY)
+        body = plotter.add_mesh(
             surface,
-            color=BODY,
+            **painted,
             opacity=opacity,
             ambient=AMBIENT,
             diffuse=DIFFUSE,
             smooth_shading=False,
             reset_camera=False,
         )
+        actor = body if one is gear else actor
         plotter.add_mesh(
             edges,
             color=INK,
@@ -102,18 +114,26 @@ def _draw_view(
             lighting=False,
             reset_camera=False,
         )
-    actor = plotter.add_mesh(
-        _bands(moment, style, index),
-        scalars="pressure_MPa",
-        cmap=COLOURS["pressure"].map,
-        clim=(0.0, 1e-6 * style.limit),
-        nan_color=EDGE_COLOUR,
-        show_scalar_bar=False,
+    bands, is_pressure = _bands(moment, style, index), style.shown == "pressure"
+    of_bands = plotter.add_mesh(
+        bands,
+        **(_colours(style, "pressure_MPa", EDGE_COLOUR) if is_pressure else PLAIN),
         lighting=False,
         reset_camera=False,
     )
     _draw_names(plotter, moment, style, index, size)
-    return actor.mapper
+    return (of_bands if is_pressure else actor).mapper
+
+
+def _colours(style: WidthStyle, scalars: str, elsewhere: str) -> dict[str, Any]:
+    """How a field is painted; elsewhere : colour where it has no value."""
+    return {
+        "scalars": scalars,
+        "cmap": COLOURS[style.shown].map,
+        "clim": (0.0, 1e-6 * style.limit),
+        "nan_color": elsewhere,
+        "show_scalar_bar": False,
+    }
 
 
 def write_width_vtu(moment: WidthMoment, pairs: Sequence[int], path: Path) -> None:
@@ -158,10 +178,13 @@ class SurfaceData:
 def _tooth_data(moment: WidthMoment, gear: int, pair: int) -> SurfaceData:
     tooth = tooth_surface(moment.gears[gear], moment.place, pair)
     pressure, place = np.zeros(len(tooth.points)), -tooth.points[:, 2]
+    at_points = {"pressure_Pa": pressure, "arc_m": tooth.arc, "place_m": place}
+    if moment.tensions:
+        at_points["root_stress_Pa"] = moment.root_stress(gear, pair, tooth)
     return SurfaceData(
         points=tooth.points,
         faces=tooth.faces,
-        at_points={"pressure_Pa": pressure, "arc_m": tooth.arc, "place_m": place},
+        at_points=at_points,
         at_cells=_cell_data(len(tooth.faces), gear, pair),
     )
 
@@ -173,6 +196,8 @@ def _band_data(moment: WidthMoment, gear: int) -> SurfaceData:
     points, faces = surface.points.reshape(-1, 3), surface.faces
     of_slice = np.repeat(np.arange(band.pair.size), len(faces) // band.pair.size)
     data = {"pressure_Pa": pressure, "arc_m": surface.arc.ravel()}
+    if moment.tensions:
+        data["root_stress_Pa"] = np.full(len(points), np.nan)
     return SurfaceData(
         points=points,
         faces=faces,

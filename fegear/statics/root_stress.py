@@ -15,7 +15,7 @@ from fegear.contact.width.contact import WidthContact
 from fegear.contact.width.double import half_faces
 from fegear.elasticity.root_stress import MAX_TOOTH_OFFSET, FlankLoad, RootInfluence
 from fegear.elasticity.sector import RIGHT
-from fegear.elasticity.wide_root import LineLoad, WideRoot
+from fegear.elasticity.wide_root import LineLoad, WideRoot, arcs_along
 from fegear.files.timing import stage
 from lumped.common.array_types import Array, Indices
 
@@ -128,6 +128,47 @@ def root_stresses_over_width(
         of_gear.stress[:, _without_stress(problem, cycle, gear)] = np.nan
     driver, driven = (of_gear.stress.max(axis=3) for of_gear in over_width)
     return RootStresses(driver, driven, over_width)
+
+
+class FilletTension(NamedTuple):
+    """Tension across the fillets of the teeth (k,) of one gear, at positions (n,).
+
+    teeth : (k,) base pitches by which their pairs are ahead
+    along : (f,) of points of a fillet, from the flank on [m]
+    place : (z,) from the middle of the common face width [m]
+    stress : (n, k, f, z) [Pa]; beside a contact it is not that of the root
+    """
+
+    teeth: Indices
+    along: Array
+    place: Array
+    stress: Array
+
+
+def fillet_tension(
+    problem: ContactProblem, cycle: ContactCycle, gear: int, root: WideRoot
+) -> FilletTension:
+    """Tension on the side of the loaded flanks, under the first of the torques.
+
+    root : of the gear, whose loads vary over the width along one helix
+    """
+    face, offset = cycle.face, problem.solver.offsets[gear]
+    if face.base_helix_angle * problem.pair.driver.twist < 0.0:
+        root = root.mirrored  # as the contact was
+    along = arcs_along(root.section.fillets[0])
+    stress = np.zeros((*face.load.shape[1:3], along.size, root.places.size))
+    with stage("root stress"):
+        of_teeth = _along_fillets(
+            root,
+            face.teeth if gear == DRIVER else -face.teeth,
+            face.load[0] * face.slice_length,
+            face.arc[0, ..., gear],
+            face.place + offset,
+        )
+        for k, tension in of_teeth:
+            stress[:, k] = tension
+    stress[_without_stress(problem, cycle, gear)] = np.nan
+    return FilletTension(face.teeth, along, root.places - offset, stress)
 
 
 def _joined_over_width(halves: list[RootOverWidth], apart: float) -> RootOverWidth:

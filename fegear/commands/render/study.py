@@ -164,6 +164,10 @@ class ContactPictures(
 
     def tasks(self) -> Iterator[Task]:
         self._require_file()
+        is_root = self.picture.shown == "root-stress"
+        if is_root and (self.picture.zoom == "set" or not self._varies_over_width):
+            reason = f"needs one mesh with {VARYING}; von-mises shows other roots"
+            raise refusal(self.picture, "shown", reason, PICTURE)
         if self.picture.zoom == "set":
             require_uniform_loads(self.gears, "pictures of a whole set")
             contact = self._set_without_place()
@@ -214,15 +218,21 @@ class ContactPictures(
         """Contact over the face width; refuses what its pictures do not have."""
         if self.time_history:
             raise refusal(self, "time_history", f"{VARYING} are drawn at rest")
-        if self.picture.shown not in (None, "pressure"):
-            reason = f"{VARYING} are drawn by their pressure, leave it out"
+        shown = self.picture.shown
+        if shown not in (None, "pressure", "root-stress"):
+            reason = f"{VARYING} are drawn by their pressure or root-stress"
+            raise refusal(self.picture, "shown", reason, PICTURE)
+        suffix = Path(self.file).suffix
+        with_root = shown == "root-stress" or suffix == ".vtu"
+        if shown == "root-stress" and suffix == ".html":
+            reason = "a page for browsers shows the pressure over the flank"
             raise refusal(self.picture, "shown", reason, PICTURE)
         reason = f"{VARYING} are drawn in space, leave it out"
         refuse_non_default(self.picture, ("zoom", "motion_scale"), reason, PICTURE)
         torque = chosen_torque(self.gears, self.torque, self.mesh)
         index = mesh_index(self.gears, self.mesh)
         place = self.gears, index, torque, self.position or 0.0
-        return width_contact_at_rest(*place, self.elements)
+        return width_contact_at_rest(*place, self.elements, with_root)
 
     def _at_rest(self) -> ContactSequence:
         index = mesh_index(self.gears, self.mesh)
@@ -380,13 +390,26 @@ class WidthPictureResult(StudyResult):
             "largest_contact_pressure_MPa": None if peak is None else 1e-6 * peak.value,
             "largest_contact_pressure_at": None if peak is None else _place(peak),
             "slices_with_edge_contact": self.moments.edge_slices,
+            **self._root_figures,
         }
+
+    @property
+    def _root_figures(self) -> dict[str, Any]:
+        """Largest root stress of both gears, nothing where it is not drawn."""
+        names = (gear.name for gear in self.moments.gears)
+        values = [1e-6 * peak for peak in self.moments.root_peaks]
+        if not values:
+            return {}
+        return {"largest_root_stress_MPa": dict(zip(names, values, strict=True))}
 
     def page(self) -> Page:
         peak, count = self.moments.peak, len(self.moments)
         film = f" of {count} frames" if count > 1 else ""
         yield self.title
         yield f"largest contact pressure{film}: {_peak_text(peak)}"
+        for largest in self._root_figures.values():
+            for name, value in largest.items():
+                yield f"largest root stress of {name}: {value:.4g} MPa"
         if self.moments.edge_slices:
             yield (
                 "pressures of edges, off the path of contact or near its ends, have no "

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from dataclasses import replace
 
 import meshio
 import numpy as np
@@ -17,6 +18,7 @@ from wide_sets import HELICAL
 import fegear
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
+from fegear.rendering.flank_surfaces import tooth_surface
 from fegear.rendering.headless import drawing_window
 from fegear.rendering.pictures import PictureSettings
 from fegear.rendering.width_contact import width_contact_at_rest
@@ -233,6 +235,7 @@ def test_command_prints_the_largest_pressure_and_where(set_file, moments, tmp_pa
     [
         ("--field von-mises", "--field = von-mises; loads that vary over the face"),
         ("--field displacement", "--field = displacement; loads that vary over"),
+        ("--field root-stress --zoom set", "--field = root-stress; needs one mesh"),
         ("--zoom tooth", "--zoom = tooth; loads that vary over the face width"),
         ("--zoom set", 'gears "one" and "two" are helical; allowed for pictures of a'),
         ("--scale 10", "--scale = 10; loads that vary over the face width"),
@@ -265,6 +268,65 @@ def test_pressure_may_be_named(set_file, tmp_path):
     page = str(output.with_suffix(".html"))
     fegear_render(set_file, *options[:-1], page)
     assert EDGE_COLOUR in (tmp_path / "flank.html").read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def with_roots(compliance_cache):
+    gears = fegear.make_gear_set(HELICAL)
+    sequence = width_contact_at_rest(gears, 0, TORQUE, POSITION, COARSE, with_root=True)
+    return sequence, sequence.solved([POSITION, POSITION + 0.25])
+
+
+def test_root_stress_is_that_of_the_tables(with_roots):
+    """The largest over the fillet, at all places over the width."""
+    _, moments = with_roots
+    gears = fegear.make_gear_set(HELICAL)
+    settings = replace(COARSE, root_stress=True, positions=20, estimate_error=False)
+    table = fegear.solve_mesh(gears, torques_on_driver=[TORQUE], settings=settings)
+    n = round(20 * POSITION)
+    for gear, tension in enumerate(moments.tensions):
+        over_width = table.roots.over_width[gear]
+        module = moments.gears[gear].teeth.module
+        root = tension.along > 0.25 * module
+        for k, tooth in enumerate(tension.teeth):
+            (at,) = np.flatnonzero(table.cycle.face.teeth == tooth)
+            expected = over_width.stress[0, n, at]
+            ours = np.maximum(tension.stress[0, k][root].max(axis=0), 0.0)
+            np.testing.assert_allclose(ours, expected, rtol=1e-9, atol=1.0)
+    assert max(moments.root_peaks) == moments.limit
+
+
+def test_teeth_have_their_root_stress_in_the_fillet(with_roots):
+    """Between the flank and the root, below the flank that carries."""
+    _, moments = with_roots
+    for gear in (0, 1):
+        teeth, tension = moments.gears[gear], moments.tensions[gear]
+        tooth = tooth_surface(teeth, moments[0].place, 0)
+        values = moments[0].root_stress(gear, 0, tooth)
+        np.testing.assert_array_equal(np.isfinite(values), np.isfinite(tooth.along))
+        (k,) = np.flatnonzero(tension.teeth == 0)
+        assert np.nanmax(values) <= tension.stress[0, k].max() * (1.0 + 1e-12)
+        assert np.nanmax(values) > 0.95 * tension.stress[0, k].max()
+        center = teeth.placed.centers[teeth.index]
+        r = np.hypot(*(tooth.points[np.isfinite(values), :2] - center).T)
+        assert r.max() <= abs(teeth.teeth.form_radius) * (1.0 + 1e-9)
+        neighbour = moments[0].root_stress(gear, 99, tooth)
+        assert np.isnan(neighbour).all()
+
+
+def test_picture_and_data_file_have_the_root_stress(with_roots, tmp_path, window):
+    sequence, moments = with_roots
+    path = tmp_path / "roots.png"
+    with drawing_window():
+        WidthDrawing(sequence, PictureSettings(width=960)).write(path)
+    image = imread(path)[:, : int(0.87 * 960), :3]
+    red, green, blue = np.moveaxis(image, 2, 0)
+    assert ((red > 0.6) & (green < 0.4) & (blue < 0.3)).sum() > 30  # most stress
+    file = tmp_path / "roots.vtu"
+    WidthDrawing(sequence, PictureSettings()).write(file)
+    stress = meshio.read(file).point_data["root_stress_Pa"]
+    peak = max(np.nanmax(one.stress[0]) for one in moments.tensions)
+    assert 0.9 * peak < np.nanmax(stress) <= peak * (1.0 + 1e-9)
 
 
 def test_stress_in_the_plane_is_refused_in_python():
