@@ -10,6 +10,7 @@ import numpy as np
 from fegear.contact.problem import ContactProblem
 from fegear.contact.result import ContactCycle, joined_cycles
 from fegear.contact.solve import solve_cycle
+from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.cache import cached_wide_root
 from fegear.elasticity.wide_root import NEAR_FLANK
 from fegear.files.errors import InputError
@@ -87,13 +88,15 @@ class WidthSequence(ShortRepr):
         self, problem: ContactProblem, cycle: ContactCycle
     ) -> tuple[FilletTension, ...]:
         """Tension in the fillets of driver and driven gear; none if not asked for."""
-        if not self.with_root:
+        solver = problem.solver
+        if not (self.with_root and isinstance(solver, WidthContact)):
             return ()
         gears = [self.gear_set.gears[i] for i in self.gear_set.meshes[self.mesh].gears]
         sectors = [(g.geometry, self.statics.material(g)) for g in gears]
         return tuple(
             fillet_tension(
-                problem, cycle, number, cached_wide_root(*sector, self.statics.size)
+                *(problem, solver, cycle, number),
+                cached_wide_root(*sector, self.statics.size),
             )
             for number, sector in enumerate(sectors)
         )

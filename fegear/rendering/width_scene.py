@@ -77,7 +77,7 @@ def _draw_view(
     eye = style.eyes[index]
     _look_from(plotter, eye)
     plotter.enable_anti_aliasing("ssaa" if size[0] < 1000 else "msaa")
-    actor = None
+    of_teeth: Any = None
     light = pyvista.Light(light_type="headlight", intensity=LIGHT)
     plotter.add_light(light, only_active=True)
     line = max(1.0, 1.5 * size[1] / 1080.0)
@@ -105,7 +105,7 @@ def _draw_view(
             smooth_shading=False,
             reset_camera=False,
         )
-        actor = body if one is gear else actor
+        of_teeth = body if one is gear else of_teeth
         plotter.add_mesh(
             edges,
             color=INK,
@@ -122,7 +122,7 @@ def _draw_view(
         reset_camera=False,
     )
     _draw_names(plotter, moment, style, index, size)
-    return (of_bands if is_pressure else actor).mapper
+    return (of_bands if is_pressure else of_teeth).mapper
 
 
 def _colours(style: WidthStyle, scalars: str, elsewhere: str) -> dict[str, Any]:

@@ -146,13 +146,17 @@ class FilletTension(NamedTuple):
 
 
 def fillet_tension(
-    problem: ContactProblem, cycle: ContactCycle, gear: int, root: WideRoot
+    problem: ContactProblem,
+    solver: WidthContact,
+    cycle: ContactCycle,
+    gear: int,
+    root: WideRoot,
 ) -> FilletTension:
     """Tension on the side of the loaded flanks, under the first of the torques.
 
     root : of the gear, whose loads vary over the width along one helix
     """
-    face, offset = cycle.face, problem.solver.offsets[gear]
+    face, offset = cycle.face, solver.offsets[gear]
     if face.base_helix_angle * problem.pair.driver.twist < 0.0:
         root = root.mirrored  # as the contact was
     along = arcs_along(root.section.fillets[0])
