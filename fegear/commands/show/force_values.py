@@ -146,7 +146,8 @@ def axis_line(row: dict[str, Any], largest: float) -> str:
     gears = row["gears"]
     name = "sum of all its meshes" if len(gears) == 1 else "sum on their axis"
     force = _plane_text(row, ROUND_OFF_RTOL * largest)
-    axial = f"; axial {_axial_text(row)}" if any(row["axial_forces_N"]) else ""
+    pushed = max(map(abs, row["axial_forces_N"])) > ROUND_OFF_RTOL * largest
+    axial = f"; axial {_axial_text(row)}" if pushed else ""
     return f"- {', '.join(gears)}, {name}: {force}{axial}{_tilt_text(row, largest)}"
 
 
