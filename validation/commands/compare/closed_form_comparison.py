@@ -258,14 +258,15 @@ def _local_slopes(solved: _SolvedMesh) -> Iterator[Comparison]:
 
 
 def _slope_over_width(gear_set: GearSet, mesh: int) -> float:
-    """Gap over the common width by misalignment and slopes of leads [m]."""
-    spec, width = gear_set.meshes[mesh], gear_set.common_width(mesh)
+    """Gap over the common width of a helix, by misalignment and slopes of leads [m]."""
+    spec, width = gear_set.meshes[mesh], gear_set.helix_width(mesh)
+    span = gear_set.common_width(mesh) + gear_set.common_groove(mesh)
     slopes = (
         flank.lead.slope * width / gear_set.gears[gear].face_width
         for gear, flank in zip(spec.gears, spec.flanks, strict=True)
         if flank.lead is not None
     )
-    return spec.misalignment + sum(slopes)
+    return spec.misalignment * width / span + sum(slopes)
 
 
 def _over_the_width(solved: _SolvedMesh) -> Iterator[Comparison]:
