@@ -45,7 +45,7 @@ from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.problem import ContactProblem
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
-from fegear.contact.width.solve import pairs_over_width
+from fegear.contact.width.lines import pairs_over_width
 from lumped.common.array_types import Array
 
 Distribution = Literal["normal", "uniform"]

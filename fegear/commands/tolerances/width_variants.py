@@ -16,7 +16,7 @@ from fegear.contact.problem import ContactFlank, ContactProblem
 from fegear.contact.result import band_means
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
-from fegear.contact.width.solve import pairs_over_width
+from fegear.contact.width.lines import pairs_over_width
 from fegear.gearset.modifications import FlankLead, FlankProfile
 from lumped.common.array_types import Array, Indices
 from lumped.common.checks import require_present

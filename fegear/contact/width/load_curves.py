@@ -18,12 +18,12 @@ from fegear.contact.pairs import PairTeeth
 from fegear.contact.problem import ContactProblem
 from fegear.contact.width.contact import WidthContact
 from fegear.contact.width.damage import MomentaryLine, PairsAt
-from fegear.contact.width.solve import (
+from fegear.contact.width.lines import (
     FaceSolver,
     LinesOfContact,
-    Slices,
     pairs_over_width,
 )
+from fegear.contact.width.slices import Slices
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
 
