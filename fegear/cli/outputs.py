@@ -23,7 +23,7 @@ from fegear.files.output import (
     require_writable,
     taken_error,
 )
-from fegear.studies.settings import group_of, options_of
+from fegear.studies.settings import group_of, options_of, stated
 
 if TYPE_CHECKING:
     from fegear.files.store import CheckpointOptions
@@ -137,6 +137,8 @@ def check_outputs(study: Study, outputs: Outputs) -> None:
     }
     for name, reason in study.unused_options(wanted_outputs):
         value = wanted_outputs.get(name, getattr(study, name, None))
+        if name not in wanted_outputs and isinstance(value, tuple):
+            value = stated(study, name)
         refuse_unused_options(reason.format_map(names), **{name: value})
     plot = files.pop("plot", None)
     if not study.folder:

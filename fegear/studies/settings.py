@@ -357,7 +357,7 @@ def refusal(
     """Why the value of a setting is refused; names in braces are those of settings."""
     group = group or group_of(settings)
     value, names = getattr(settings, name), options_of(group)
-    value_text = "" if value is True else f" = {shown(value)}"
+    value_text = "" if value is True else f" = {stated(settings, name, group)}"
     name_in_message = _name_in_message(group, name)
     reason = reason.format_map({key: _name_in_message(group, key) for key in names})
     return InputError(f"{name_in_message}{value_text}; {reason}")
@@ -371,6 +371,16 @@ def refuse_non_default(
     for name in names:
         if getattr(settings, name) != getattr(default_settings, name):
             raise refusal(settings, name, reason, group)
+
+
+def stated(settings: Any, name: str, group: SettingsGroup | None = None) -> str:
+    """The value of a setting in a message, several values as an option takes them."""
+    value, group = getattr(settings, name), group or group_of(settings)
+    for member in exposed_fields(group):
+        if member.name == name and member.group is None and isinstance(value, tuple):
+            write = member.declared.write
+            return shown(value) if write is str else write(value)
+    return shown(value)
 
 
 def shown(value: Any) -> str:
