@@ -211,12 +211,12 @@ def _require_whole_halves(gear_set: GearSet, number: int, where: str) -> None:
             f'mesh with gear "{narrow.name}", {narrow.face_width / MM:.9g} mm wide; at '
             f"least {ceiled(least / MM)} mm are needed"
         )
-    for role, flank in zip(("driver", "driven"), mesh.flanks, strict=True):
+    for role, flank in zip(("driver", "driven gear"), mesh.flanks, strict=True):
         if flank.varies_over_width:
-            key = "lead" if flank.lead is not None else "topography"
+            kind = "a lead modification" if flank.lead is not None else "a topography"
             raise InputError(
-                f"{where}: {role}_{key}; not known of double helical gears, whose "
-                "halves have one each"
+                f"{where}: {kind} of the {role}; must not be given of double helical "
+                "gears, whose halves would need one each"
             )
 
 

@@ -204,7 +204,7 @@ class ReliefDesign(
     command="relief",
     example="relief liu-pair --torque 60:140:20 -o best.toml --plot best.png",
 ):
-    """Best reliefs, leads and topographies over torque and misalignment.
+    """Best reliefs and leads over torque and misalignment.
 
     Magnitude and length of the reliefs of both gears, and lead modifications and a
     topography of one of them, are sought together, from several starts, so that the

@@ -103,6 +103,9 @@ COMPANIONS = {  # keys that a key needs beside it
     "roller_bearing": {"roller_bearing": ROLLERS},
 }
 HELICAL = PAIR | {"defaults": PAIR["defaults"] | {"helix_angle_deg": 12.0}}
+DOUBLE = HELICAL | {
+    "gear": [gear | {"hand": "double", "gap_mm": 2.0} for gear in PAIR["gear"]]
+}
 GEAR_KEYS = {
     "name": Key("z"),
     "teeth": Key(20, (*TEETH, ONE_SWEEP)),
@@ -120,6 +123,7 @@ GEAR_KEYS = {
     "rack_tip_radius_mm": Key(0.5, (STIFF, FINITE, MOVING)),
     "helix_angle_deg": Key(15.0, (SHOWN, STIFF), entry=0),
     "hand": Key("left", (SHOWN,), HELICAL, entry=1),
+    "gap_mm": Key(3.0, (SHOWN,), DOUBLE, entry=0),
     "face_width_mm": Key(9.0, TEETH),
     "hub_radius_mm": Key(9.0, TEETH),
     "hub_diameter_mm": Key(18.0, TEETH),

@@ -78,7 +78,7 @@ def test_no_axial_force_of_two_hands():
         ({"mesh": {"offset_mm": 3.0}}, "offset_mm = 3; must be 0 of double helical"),
         (
             {"mesh": {"driver_lead": {"crowning_um": 5.0}}},
-            "driver_lead; not known of double helical gears",
+            "a lead modification of the driver; must not be given",
         ),
     ],
 )
