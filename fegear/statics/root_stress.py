@@ -34,11 +34,13 @@ class RootOverWidth(NamedTuple):
     stress : (t, n, k, z) largest tension across the fillet of the teeth in each pair on
         the side of their loaded flanks [Pa], NaN of missing teeth
     slopes : (t, n, k, z, x) of that by changes of the loads
+    helices : along which the places are in turn, 2 of double helical gears
     """
 
     place: Array
     stress: Array
     slopes: Array
+    helices: int = 1
 
     @property
     def over_cycle(self) -> Array:
@@ -48,8 +50,14 @@ class RootOverWidth(NamedTuple):
     @property
     def factor(self) -> Array:
         """K_Fbeta (t,): the largest over the mean over the width, of `over_cycle`."""
-        mean = np.trapezoid(self.over_cycle, self.place) / np.ptp(self.place)
-        return np.asarray(self.over_cycle.max(axis=1) / mean)
+        most = self.over_cycle
+        parts = zip(
+            np.split(most, self.helices, axis=1),
+            np.split(self.place, self.helices),
+            strict=True,
+        )
+        means = [np.trapezoid(of_part, at) / np.ptp(at) for of_part, at in parts]
+        return np.asarray(most.max(axis=1) / np.mean(means, axis=0))
 
     def largest_at(self, t: int) -> tuple[int, int, int]:
         """Position, pair and place of the largest at a torque, by their indices."""
@@ -187,6 +195,7 @@ def _joined_over_width(halves: list[RootOverWidth], apart: float) -> RootOverWid
         np.concatenate([near.place - apart, far.place + apart]),
         np.concatenate([near.stress, far.stress], axis=3),
         np.concatenate([near.slopes, far.slopes], axis=3),
+        helices=2,
     )
 
 

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 BEYOND_PATH = 0.15  # that is drawn of the path on either side [base pitches]
 PATH_POINTS = 400
+LEGEND_ROOM = 1.35  # height of a panel over that of its curves, for the legend
 PLACES_LABEL = (
     "place over the face width [mm], from its middle: near end left, far end right"
 )
@@ -144,5 +145,5 @@ def draw_roots(
                 )
             axes.plot(place, largest, style, color=colors[t], label=label)
     axes.set_ylabel("root stress [MPa]\nlargest over the cycle")
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(0.0, LEGEND_ROOM * axes.get_ylim()[1])
     axes.legend(fontsize=8, ncols=2)

@@ -49,15 +49,7 @@ def faults_of(
     return Faults(
         cracks=tuple(_cracks(entry, teeth, where)),
         spalls=tuple(_spalls(entry, flank, where)) if flank else (),
-        broken_tips=tuple(
-            BrokenTip(
-                tooth=tip.tooth - 1,
-                height=tip.height_mm * MM,
-                length=None if tip.length_mm is None else tip.length_mm * MM,
-                end=tip.end or "near",
-            )
-            for tip in entry.broken_tips
-        ),
+        broken_tips=tuple(_broken_tips(entry, teeth, where)),
         missing=tuple(sorted(tooth - 1 for tooth in entry.missing_teeth)),
         worn=tuple(_worn(entry, flank, where)) if flank else (),
         eccentricity=entry.eccentricity_um * UM,
@@ -121,6 +113,24 @@ def _spalls(entry: GearEntry, flank: Zones, where: str) -> Iterator[Spall]:
             end_roll_length=max(rolls),
             width_share=spall.share_of(entry.face_width_mm),
             place=spall.place_mm * MM,
+        )
+
+
+def _broken_tips(entry: GearEntry, teeth: SpurGear, where: str) -> Iterator[BrokenTip]:
+    """Broken tips and corners; of a corner the flank is left below it."""
+    most = abs(teeth.tip_radius - teeth.form_radius) / MM
+    for position, tip in enumerate(entry.broken_tips, 1):
+        if tip.length_mm is not None and not tip.height_mm <= most:
+            raise InputError(
+                f"{where}: broken_tips entry {position}: height_mm = "
+                f"{format_number(tip.height_mm)}; must be at most {floored(most)} "
+                "where a corner is broken off, down to the form circle"
+            )
+        yield BrokenTip(
+            tooth=tip.tooth - 1,
+            height=tip.height_mm * MM,
+            length=None if tip.length_mm is None else tip.length_mm * MM,
+            end=tip.end or "near",
         )
 
 

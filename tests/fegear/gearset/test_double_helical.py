@@ -110,3 +110,16 @@ def test_misaligned_halves_have_equal_loads_and_root_stress_over_both():
         largest = root.over_cycle[0]
         assert largest[: largest.size // 2].max() > 0.0
         assert largest[largest.size // 2 :].max() > 0.0
+
+
+@pytest.mark.slow
+def test_k_fbeta_of_aligned_halves_is_that_of_one():
+    """The groove, which has no root, is no part of the mean."""
+    settings = StaticsSettings(resolution="coarse", positions=8, estimate_error=False)
+    both = fegear.solve_mesh(make_gear_set(tables()), settings=settings)
+    gears = [{"name": n, "teeth": z, "face_width_mm": 21.0} for n, z in AB]
+    half = tables() | {"gear": gears, "load": {"gear": "a", "torques_Nm": [150.0]}}
+    one = fegear.solve_mesh(make_gear_set(half), settings=settings)
+    for name in ("driver", "driven"):
+        key = f"{name}_root_stress_factor"
+        assert both.key_figures[0][key] == pytest.approx(one.key_figures[0][key])

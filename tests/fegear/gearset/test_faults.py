@@ -350,6 +350,8 @@ OFF_THE_FACE = {
         "spalls", ENDS | {"length_mm": 5.0, "place_mm": 7.6}),
     "length_mm = 20.5; must be at most face_width_mm, 20": (
         "broken_tips", CORNER | {"length_mm": 20.5, "end": "near"}),
+    "entry 1: height_mm = 12; must be at most 4.66776 where a corner": (
+        "broken_tips", CORNER | {"height_mm": 12.0, "length_mm": 5.0, "end": "near"}),
     "end is needed with length_mm": ("broken_tips", CORNER | {"length_mm": 2.0}),
     "length_mm is needed with end": ("broken_tips", CORNER | {"end": "far"}),
 }  # fmt: skip
