@@ -15,7 +15,13 @@ def motion_warnings(gear_set: GearSet) -> Iterator[str]:
     yield from gear_set_warnings(gear_set)
     teeth = [gear.geometry for gear in gear_set.gears]
     slope = max(abs(gear.twist * gear.reference_radius) for gear in teeth)
-    if slope > 0.0:
+    if slope > 0.0 and all(g.groove for g in gear_set.gears if g.geometry.twist):
+        yield with_code(
+            "W59",
+            f"helix angle {math.degrees(math.atan(slope)):.4g} deg, double helical: "
+            "motions leave out axial motion, in which the halves share the load anew",
+        )
+    elif slope > 0.0:
         yield with_code(
             "W59",
             f"helix angle {math.degrees(math.atan(slope)):.4g} deg: motions leave out "
