@@ -149,6 +149,11 @@ class WearingMesh:
         return np.asarray(1.0 - angles[::-1] / angles)
 
     @property
+    def unworn(self) -> Array:
+        """No depth at all points of both flanks."""
+        return np.zeros_like(self.roll_angles)
+
+    @property
     def passages(self) -> Array:
         """How often (2, 1) a tooth of each gear meets one in a turn of the driver."""
         return np.array([[1.0], [self.pair.driver.teeth / self.pair.driven.teeth]])
@@ -235,12 +240,13 @@ class WearingMesh:
 
     def depth_per_passage(self, loaded: LoadedFlanks) -> Array:
         """Depth (2, p) that goes in a passage on driver and driven gear [m]."""
-        sliding = np.abs(self.specific_sliding)
+        sliding = self._at_points(np.abs(self.specific_sliding), loaded.line_load)
         return np.asarray(self.coefficient * loaded.line_load * sliding)
 
     def depth_per_turn(self, loaded: LoadedFlanks) -> Array:
         """Depth (2, p) that goes in a turn of the driver [m]."""
-        return np.asarray(self.passages * self.depth_per_passage(loaded))
+        depth = self.depth_per_passage(loaded)
+        return np.asarray(self._at_points(self.passages, loaded.line_load) * depth)
 
     def sliding_work(self, loaded: LoadedFlanks) -> float:
         """Load per face width times length of sliding, over a passage [N].
@@ -251,7 +257,8 @@ class WearingMesh:
         one, two = self.roll_angles
         # in the time of a passage the contact moves along the path
         path = self.pair.base_pitch * self.points.position
-        return float(np.trapezoid(loaded.line_load * np.abs(one - two), path))
+        load = self.mean_over_width(loaded.line_load)
+        return float(np.trapezoid(load * np.abs(one - two), path))
 
     def worn_areas(self, depth: Array) -> Array:
         """Volume per face width (2,) that a tooth of each gear has lost [m2].
@@ -259,7 +266,17 @@ class WearingMesh:
         depth : (2, p) [m]
         """
         arcs = 0.5 * np.abs(self.roll_lengths * self.roll_angles)  # from base circles
-        return np.abs(np.trapezoid(depth, arcs, axis=1))
+        depths = np.array([self.mean_over_width(of_gear) for of_gear in depth])
+        return np.abs(np.trapezoid(depths, arcs, axis=1))
+
+    def mean_over_width(self, values: Array) -> Array:
+        """Mean (p,) of values (p,) of sections or (p, m) over the face width."""
+        return values.reshape(len(values), -1).mean(axis=1)
+
+    @staticmethod
+    def _at_points(values: Array, line_load: Array) -> Array:
+        """Values (2, p) that broadcast with loads (p,) or (p, m)."""
+        return values.reshape(values.shape + (1,) * (line_load.ndim - 1))
 
 
 def _wear_profile(rolls: Array, depth: Array) -> FlankProfile:
