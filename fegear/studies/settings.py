@@ -377,9 +377,11 @@ def stated(settings: Any, name: str, group: SettingsGroup | None = None) -> str:
     """The value of a setting in a message, several values as an option takes them."""
     value, group = getattr(settings, name), group or group_of(settings)
     for member in exposed_fields(group):
-        if member.name == name and member.group is None and isinstance(value, tuple):
-            write = member.declared.write
-            return shown(value) if write is str else write(value)
+        declared = member.declared
+        if member.name != name or not isinstance(declared, Setting):
+            continue
+        if isinstance(value, tuple) and declared.write is not str:
+            return declared.write(value)
     return shown(value)
 
 

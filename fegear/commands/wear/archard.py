@@ -36,6 +36,7 @@ from fegear.gearset.zones import zones
 from fegear.statics.mesh_faults import with_wear
 from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
+from lumped.common.units import UM
 from meshes import GearPair
 
 Indices = NDArray[np.intp]
@@ -111,6 +112,19 @@ class LoadedFlanks:
     deflection: float
     corner_work: float
     shift: float
+
+    @property
+    def key_figures(self) -> dict[str, float]:
+        """As summaries have them."""
+        mean = float(self.stiffness.mean())
+        return {
+            "mean_stiffness_N_per_m": mean,
+            "peak_to_peak_over_mean": float(np.ptp(self.stiffness)) / mean,
+            "ste_mean_um": float(self.ste.mean()) / UM,
+            "ste_peak_to_peak_um": float(np.ptp(self.ste)) / UM,
+            "largest_line_load_N_per_m": float(self.line_load.max()),
+            "corner_sliding_percent": 100.0 * self.corner_work,
+        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -392,14 +406,17 @@ def step_error(worn: WornFlanks, coarser: WornFlanks) -> float:
 
 
 def position_error(position: Array, depths: Sequence[Array]) -> float:
-    """Mean change of depths (p,) over their mean without every other position.
+    """Mean change of depths (p, ...) over their mean without every other position.
 
     Depths at positions that are left out are those between their neighbours.
     """
     stored = np.union1d(np.arange(0, position.size, 2), [position.size - 1])
+
+    def between(depth: Array) -> Array:
+        return np.interp(position, position[stored], depth[stored])
+
     changes = [
-        np.abs(depth - np.interp(position, position[stored], depth[stored])).mean()
-        / depth.mean()
+        np.abs(depth - np.apply_along_axis(between, 0, depth)).mean() / depth.mean()
         for depth in depths
     ]
     return float(max(changes))

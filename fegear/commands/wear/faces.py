@@ -14,35 +14,73 @@ place, which the contact of the next step has.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from fegear.commands.wear.archard import LoadedFlanks, PathPoints, WearingMesh
-from fegear.contact.path import on_path
+from fegear.commands.wear.archard import (
+    LoadedFlanks,
+    PathPoints,
+    WearingMesh,
+    WornFlanks,
+)
+from fegear.contact.path import on_path, roll_angles
 from fegear.contact.problem import ContactFlank
 from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
-from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.contact import WidthContact, slice_places
 from fegear.files.errors import InputError
+from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import MAX_TOPOGRAPHY_POINTS, FlankTopography
 from lumped.common.array_types import Array
 
+SAME_POINT = 1e-6  # of a flank, within which points of topographies are one
 
-def require_few_points(points: PathPoints, positions: int, slices: int) -> None:
-    """Raise InputError where a topography cannot have as many points."""
-    if points.position.size > MAX_TOPOGRAPHY_POINTS:
-        raise InputError(
-            f"positions = {positions}; makes {points.position.size} points of a "
-            f"profile, allowed over the face width are {MAX_TOPOGRAPHY_POINTS}"
-        )
-    if slices > MAX_TOPOGRAPHY_POINTS:
-        raise InputError(
-            f"{slices} slices of the face width; wear takes at most "
-            f"{MAX_TOPOGRAPHY_POINTS}, as topographies have; a narrower face width or "
-            "a coarser resolution needs fewer"
-        )
+
+def require_few_points(
+    gear_set: GearSet, mesh: int, points: PathPoints, slices: int
+) -> None:
+    """Raise InputError where a topography cannot have the points of worn flanks.
+
+    points : of the path; topographies that flanks have add theirs
+    """
+    spec = gear_set.meshes[mesh]
+    places = slice_places(gear_set.common_width(mesh), slices)
+    for index, flank, angles, middle in zip(
+        spec.gears,
+        spec.flanks,
+        roll_angles(spec.pair, points.position),
+        gear_set.width_middles(mesh),
+        strict=True,
+    ):
+        gear = gear_set.gears[index]
+        rolls, along = np.sort(angles) * gear.geometry.base_radius, places + middle
+        if flank.topography is not None:
+            rolls = merged_points(flank.topography.roll_lengths, rolls)
+            along = merged_points(flank.topography.places, along)
+        for count, text in (
+            (rolls.size, "points of a profile; fewer positions are needed"),
+            (
+                along.size,
+                "places over the face width; a coarser resolution or a narrower face "
+                "width is needed",
+            ),
+        ):
+            if count > MAX_TOPOGRAPHY_POINTS:
+                raise InputError(
+                    f'gear "{gear.name}": wear makes a topography of {count} {text}, '
+                    f"allowed are {MAX_TOPOGRAPHY_POINTS}"
+                )
+
+
+def merged_points(points: Sequence[float], more: Array) -> Array:
+    """Points, increasing, and more of them but for those that are there already."""
+    present = np.array(points)
+    distance = np.abs(more[:, None] - present).min(axis=1)
+    new = more[distance > SAME_POINT * np.ptp(present)]
+    return np.union1d(present, new)
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +95,19 @@ class LoadedFaces(LoadedFlanks):
 
     per_width: Array
     distribution_factor: float
+
+    @property
+    def key_figures(self) -> dict[str, float]:
+        factor = {"load_distribution_factor": self.distribution_factor}
+        return super().key_figures | factor
+
+
+def loads_over_width(worn: WornFlanks) -> tuple[LoadedFaces, LoadedFaces]:
+    """Contact before and after wear that varies over the width."""
+    first, last = worn.first, worn.last
+    if not (isinstance(first, LoadedFaces) and isinstance(last, LoadedFaces)):
+        raise TypeError("loads are uniform over the face width")
+    return first, last
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +126,8 @@ class WearingFaces(WearingMesh):
 
     @property
     def places(self) -> Array:
-        """Middles (m,) of slices from the middle of the common face width [m]."""
-        return self.solver.places
+        """Middles (2, m) of slices from the middle of driver and driven gear [m]."""
+        return self.solver.places + np.array(self.solver.offsets)[:, None]
 
     @property
     def unworn(self) -> Array:
@@ -95,10 +146,9 @@ class WearingFaces(WearingMesh):
 
     def _topography(self, gear: int, depth: Array) -> FlankTopography:
         rolls, order = self.roll_lengths[gear], np.argsort(self.roll_lengths[gear])
-        places = self.places + self.solver.offsets[gear]
         return FlankTopography(
             roll_lengths=tuple(rolls[order].tolist()),
-            places=tuple(places.tolist()),
+            places=tuple(self.places[gear].tolist()),
             depths=tuple(map(tuple, depth[order].tolist())),
         )
 
@@ -109,8 +159,8 @@ class WearingFaces(WearingMesh):
         """The sum of two, at the points of both."""
         if topography is None:
             return wear
-        rolls = np.union1d(topography.roll_lengths, wear.roll_lengths)
-        places = np.union1d(topography.places, wear.places)
+        rolls = merged_points(topography.roll_lengths, np.array(wear.roll_lengths))
+        places = merged_points(topography.places, np.array(wear.places))
         every = [points.ravel() for points in np.meshgrid(rolls, places, indexing="ij")]
         depths = topography.depth(*every) + wear.depth(*every)
         return FlankTopography(

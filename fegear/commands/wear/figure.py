@@ -31,7 +31,7 @@ def draw_wear(
         _draw_depth(axes, mesh, worn, row, colors[row])
         axes.set_title(names[row], fontsize=10)
     _draw_loads(contact[0], mesh, worn)
-    _draw_errors(contact[1], worn)
+    draw_errors(contact[1], worn)
     draw_title(figure, title)
     return figure
 
@@ -62,7 +62,7 @@ def _draw_loads(axes: Axes, mesh: WearingMesh, worn: WornFlanks) -> None:
     axes.legend(fontsize=8)
 
 
-def _draw_errors(axes: Axes, worn: WornFlanks) -> None:
+def draw_errors(axes: Axes, worn: WornFlanks) -> None:
     for loaded, label in ((worn.first, "before"), (worn.last, "worn")):
         position = np.append(loaded.position, loaded.position[0] + 1.0)
         ste = np.append(loaded.ste, loaded.ste[0])

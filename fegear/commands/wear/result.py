@@ -6,12 +6,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from fegear.commands.wear.archard import (
-    LoadedFlanks,
     WearingMesh,
     WornFlanks,
     position_error,
@@ -64,6 +63,15 @@ class FlankWearResult(StudyResult):
     tables : of the gear set with its wear, as in a file, or None
     """
 
+    losses: ClassVar[Columns] = GEARS
+    changes: ClassVar[Columns] = CHANGES
+    error_text: ClassVar[str] = (
+        "depth of wear, estimated error: by steps {steps:.1e} of the largest, by "
+        "positions {positions:.1e} of the mean; worn volume against sliding work "
+        "{volume_balance:.1e}; loads at most {shift_pitches:.1e} base pitches from "
+        "those of flanks without wear"
+    )
+
     study: Any
     gear_set: str
     names: tuple[str, ...]
@@ -87,8 +95,8 @@ class FlankWearResult(StudyResult):
             "largest_step_um": worn.largest_step / UM,
             "gears": [self._gear_values(row) for row in range(2)],
             "contact": [
-                {"flanks": "before", **_contact_values(worn.first)},
-                {"flanks": "worn", **_contact_values(worn.last)},
+                {"flanks": "before", **worn.first.key_figures},
+                {"flanks": "worn", **worn.last.key_figures},
             ],
             "errors": self._errors,
             "warnings": [*self.gear_warnings, *self._warnings()],
@@ -100,7 +108,7 @@ class FlankWearResult(StudyResult):
 
     def _gear_values(self, row: int) -> dict[str, Any]:
         mesh, depth = self.mesh, self.worn.depth[row]
-        deepest_point = int(depth.argmax())
+        deepest_point = int(depth.argmax()) // (depth.size // len(depth))
         area = float(mesh.worn_areas(self.worn.lost)[row])
         width, teeth = mesh.contact.face_width, self._gear_geometries[row].teeth
         per_turn = mesh.depth_per_passage(self.worn.first)[row]
@@ -108,7 +116,7 @@ class FlankWearResult(StudyResult):
         return {
             "gear": self.names[row],
             "revolutions": self.study.cycles * float(mesh.passages[row, 0]),
-            "largest_depth_um": float(depth[deepest_point]) / UM,
+            "largest_depth_um": float(depth.max()) / UM,
             "at_roll_angle_deg": float(
                 np.degrees(mesh.roll_angles[row, deepest_point])
             ),
@@ -213,12 +221,16 @@ class FlankWearResult(StudyResult):
 
     @property
     def figures(self) -> Mapping[str, Draw]:
-        title = (
+        draw = partial(draw_wear, self.mesh, self.worn, self.names, self._title)
+        return {"plot": draw}
+
+    @property
+    def _title(self) -> str:
+        return (
             f"{self.gear_set}, mesh {self.study.mesh}, {self.mesh.torque:g} N m, "
             f"{self.study.cycles:g} revolutions of {self.names[0]}, "
             f"k = {self.study.wear_coefficient:g} m2/N"
         )
-        return {"plot": partial(draw_wear, self.mesh, self.worn, self.names, title)}
 
     def page(self) -> Page:
         values = self.summary
@@ -227,25 +239,6 @@ class FlankWearResult(StudyResult):
             "revolutions, k = {wear_coefficient_m2_per_N:g} m2/N: {steps} steps of at "
             "most {largest_step_um:.4g} um"
         ).format_map(values)
-        yield RowTable(values["gears"], GEARS, "Wear", ("gear",))
-        yield RowTable(values["contact"], CHANGES, "Mesh", ("flanks",))
-        text = (
-            "depth of wear, estimated error: by steps {steps:.1e} of the largest, by "
-            "positions {positions:.1e} of the mean; worn volume against sliding work "
-            "{volume_balance:.1e}; loads at most {shift_pitches:.1e} base pitches from "
-            "those of flanks without wear"
-        )
-        yield with_code("E30", text.format_map(values["errors"]))
-
-
-def _contact_values(loaded: LoadedFlanks) -> dict[str, float]:
-    stiffness, ste = loaded.stiffness, loaded.ste
-    mean = float(stiffness.mean())
-    return {
-        "mean_stiffness_N_per_m": mean,
-        "peak_to_peak_over_mean": float(np.ptp(stiffness)) / mean,
-        "ste_mean_um": float(ste.mean()) / UM,
-        "ste_peak_to_peak_um": float(np.ptp(ste)) / UM,
-        "largest_line_load_N_per_m": float(loaded.line_load.max()),
-        "corner_sliding_percent": 100.0 * loaded.corner_work,
-    }
+        yield RowTable(values["gears"], self.losses, "Wear", ("gear",))
+        yield RowTable(values["contact"], self.changes, "Mesh", ("flanks",))
+        yield with_code("E30", self.error_text.format_map(values["errors"]))

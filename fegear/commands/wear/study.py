@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,25 +12,34 @@ from fegear.boundary import mesh_index
 from fegear.commands.wear.archard import (
     DEPTH_STEP_SHARE,
     MIN_STEPS,
+    PathPoints,
     StepPlan,
     WearingMesh,
+    WornFlanks,
     path_points,
     wear_off,
 )
+from fegear.commands.wear.face_result import FaceWearResult
+from fegear.commands.wear.faces import WearingFaces, require_few_points
 from fegear.commands.wear.result import FlankWearResult
 from fegear.contact.profiles import profile_depth
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS
-from fegear.gearset.leads import require_uniform_loads
+from fegear.gearset.leads import require_one_helix
 from fegear.gearset.model import GearSet
+from fegear.gearset.modifications import FlankTopography
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.gearset.zones import zones
-from fegear.statics.contact_problem import contact_problem
+from fegear.statics.contact_problem import (
+    contact_problem,
+    require_solvable,
+    slices_over_width,
+)
 from fegear.statics.mesh_faults import is_first_flank, without_wear
-from fegear.statics.settings import StaticsSettings
+from fegear.statics.settings import RESOLUTIONS, StaticsSettings
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting
 from fegear.studies.study import PLOT, Study
@@ -43,7 +52,7 @@ from fegear.studies.trains.loads import chosen_torque
 from fegear.studies.trains.train_problem import refuse_edits
 from lumped.common.array_types import Array
 from lumped.common.options import Range
-from lumped.common.units import UM
+from lumped.common.units import MM, UM
 
 ROUNDED = 9  # decimals of angles [deg] and depths [um] in a file
 MIN_POSITIONS = 8
@@ -70,8 +79,8 @@ class FlankWear(
     pictures = PLOT
     more_files = {  # noqa: RUF012
         "gears": (
-            "Write the gear set with its worn flanks, as worn_teeth of both gears, to "
-            "this TOML file.",
+            "Write the gear set with its worn flanks to this TOML file: as worn_teeth "
+            "of both gears, or topographies where loads vary over the face width.",
             (".toml",),
         )
     }
@@ -123,6 +132,8 @@ class FlankWear(
             yield "depth_step_um", "{steps} takes its place"
         if "gears" in outputs:
             index = mesh_index(self.gears, self.mesh)
+            if self.gears.meshes[index].varies_over_width:
+                return
             for gear in self.gears.meshes[index].gears:
                 if not is_first_flank(self.gears, index, gear):
                     yield "gears", self._other_flank(gear)
@@ -143,7 +154,7 @@ class FlankWear(
             raise InputError(
                 f"{gears.name}: planetary sets; wear is that of gears on fixed axes"
             )
-        require_uniform_loads(gears, "wear")
+        require_one_helix(gears, "worn flanks")
         require_no_faults(gears, set(FAULT_KINDS) - {"worn"}, "wear")
         return gears
 
@@ -152,9 +163,23 @@ class FlankWear(
         index = mesh_index(gears, self.mesh)
         torque = chosen_torque(gears, self.torque, self.mesh)
         _require_equal_teeth(gears, index)
-        pair = gears.meshes[index].pair
-        points = path_points(pair, self.elements.positions)
+        points = path_points(gears.meshes[index].pair, self.elements.positions)
+        if gears.meshes[index].varies_over_width:
+            self._require_faces(gears, index, points)
         return WearProblem(self, gears, index, torque, points)
+
+    def _require_faces(self, gears: GearSet, index: int, points: PathPoints) -> None:
+        """Refuse a mesh whose worn flanks are no topographies."""
+        for gear in (gears.gears[number] for number in gears.meshes[index].gears):
+            if gear.geometry.sign < 0:
+                raise InputError(
+                    f'gear "{gear.name}": internal; allowed for wear where loads vary '
+                    "over the face width are external gears"
+                )
+        require_solvable(gears, index, self.elements)
+        resolution = RESOLUTIONS[self.elements.resolution]
+        slices = slices_over_width(gears, index, resolution)
+        require_few_points(gears, index, points, slices)
 
 
 def _require_equal_teeth(gears: GearSet, index: int) -> None:
@@ -183,7 +208,7 @@ class WearProblem(Problem):
     gears: GearSet
     index: int
     torque: float
-    points: Any
+    points: PathPoints
 
     def tasks(self) -> Iterator[Task]:
         yield Task("wear", self._wear_off)
@@ -192,14 +217,18 @@ class WearProblem(Problem):
         study, gears = self.study, self.gears
         bare = without_wear(gears, self.index)
         contact = contact_problem(bare, self.index, study.elements, job.report)
-        mesh = WearingMesh(contact, self.torque, study.wear_coefficient, self.points)
+        kind: type[WearingMesh] = WearingMesh
+        result_kind: type[FlankWearResult] = FlankWearResult
+        if gears.meshes[self.index].varies_over_width:
+            kind, result_kind = WearingFaces, FaceWearResult
+        mesh = kind(contact, self.torque, study.wear_coefficient, self.points)
         before = self._depth_before(mesh)
         first = mesh.load(before)
         depth_step = UM * (study.depth_step_um or 0.0)
         plan = StepPlan(depth_step or DEPTH_STEP_SHARE * first.deflection, study.steps)
         worn = wear_off(mesh, before, study.cycles, plan, job.report)
         coarser = wear_off(mesh, before, study.cycles, plan.halved, job.report)
-        return FlankWearResult(
+        return result_kind(
             study=study,
             gear_set=gears.name,
             names=tuple(gears.gears[n].name for n in gears.meshes[self.index].gears),
@@ -207,12 +236,12 @@ class WearProblem(Problem):
             worn=worn,
             coarser=coarser,
             gear_warnings=tuple(gear_set_warnings(gears)),
-            tables=self._tables(mesh, worn.depth),
+            tables=self._tables(mesh, worn),
         )
 
     def _depth_before(self, mesh: WearingMesh) -> Array:
-        """Depths (2, p) of wear that the gear set has [m]."""
-        depth = np.zeros_like(mesh.roll_angles)
+        """Depths (2, p, ...) of wear that the gear set has [m]."""
+        depth = mesh.unworn
         spec = self.gears.meshes[self.index]
         roles = zip(spec.gears, ("driver", "driven"), strict=True)
         for row, (gear, role) in enumerate(roles):
@@ -220,21 +249,21 @@ class WearProblem(Problem):
             if wear is not None and is_first_flank(self.gears, self.index, gear):
                 flank = zones(spec.pair, role)
                 rolls = mesh.roll_lengths[row]
-                depth[row] = profile_depth(wear, rolls, flank.start, flank.tip)
+                depth[row].T[...] = profile_depth(wear, rolls, flank.start, flank.tip)
         return depth
 
-    def _tables(self, mesh: WearingMesh, depth: Array) -> dict[str, Any] | None:
+    def _tables(self, mesh: WearingMesh, worn: WornFlanks) -> dict[str, Any] | None:
         """Tables of the gear set with its wear; None where it has no file for it."""
-        gears, ref = self.gears, self.study.gear_set
-        both = gears.meshes[self.index].gears
-        if ref.preloaded is not None or not all(
-            is_first_flank(gears, self.index, gear) for gear in both
-        ):
+        ref = self.study.gear_set
+        if ref.preloaded is not None:
             return None
-        edits = {
-            f"gear.{gear + 1}.worn_teeth": [_worn_teeth(angles, depths)]
-            for gear, angles, depths in zip(both, mesh.roll_angles, depth, strict=True)
-        }
+        if isinstance(mesh, WearingFaces):
+            # worn_teeth that are there stay
+            edits = _topography_edits(self.index, mesh.topographies(worn.lost), mesh)
+        elif all(is_first_flank(self.gears, self.index, gear) for gear in self._both):
+            edits = self._worn_teeth_edits(mesh, worn.depth)
+        else:
+            return None
         try:
             ref.changed(edits)
         except InputError as error:
@@ -243,12 +272,45 @@ class WearProblem(Problem):
             raise InputError(text) from None
         return load_tables(ref.name, ref.overrides | edits)
 
+    @property
+    def _both(self) -> tuple[int, int]:
+        """Indices of driver and driven gear."""
+        return self.gears.meshes[self.index].gears
+
+    def _worn_teeth_edits(self, mesh: WearingMesh, depth: Array) -> dict[str, Any]:
+        rows = zip(self._both, mesh.roll_angles, depth, strict=True)
+        return {
+            f"gear.{gear + 1}.worn_teeth": [_worn_teeth(angles, depths)]
+            for gear, angles, depths in rows
+        }
+
 
 def _worn_teeth(roll_angles: Array, depth: Array) -> dict[str, Any]:
     """Keys of the wear of all teeth of a gear."""
     order = np.argsort(roll_angles)
-    angles, depths = np.degrees(roll_angles[order]), depth[order] / UM
     return {
-        "roll_angle_deg": angles.round(ROUNDED).tolist(),
-        "depth_um": depths.round(ROUNDED).tolist(),
+        "roll_angle_deg": _rounded(np.degrees(roll_angles[order])),
+        "depth_um": _rounded(depth[order] / UM),
     }
+
+
+def _topography_edits(
+    index: int, topographies: Sequence[FlankTopography], mesh: WearingMesh
+) -> dict[str, Any]:
+    """Keys of the topographies of both flanks of a mesh."""
+    gears = mesh.pair.driver, mesh.pair.driven
+    roles = "driver", "driven"
+    return {
+        f"mesh.{index + 1}.{role}_topography": {
+            "roll_angle_deg": _rounded(
+                np.degrees(topography.roll_lengths) / gear.base_radius
+            ),
+            "place_mm": _rounded(np.array(topography.places) / MM),
+            "depth_um": _rounded(np.array(topography.depths) / UM),
+        }
+        for role, gear, topography in zip(roles, gears, topographies, strict=True)
+    }
+
+
+def _rounded(values: Array) -> list[Any]:
+    return list(values.round(ROUNDED).tolist())

@@ -65,10 +65,11 @@ SOLVED = (
     "rattle gears",
     "export",
     "modes",
+    "wear",
 )
 SOLVED += ("render",)
 SOLVED += ELEMENTS
-SPUR_ONLY = ("wear", "dynamics", "identify", "render --zoom set")
+SPUR_ONLY = ("dynamics", "identify", "render --zoom set")
 SPUR_ONLY += ("ablation", "validate")
 COUPLED = [f"{name} --model coupled" for name in ("sweep", "motion", "signals", "map")]
 REFUSED = {

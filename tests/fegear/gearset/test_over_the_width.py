@@ -189,12 +189,14 @@ def test_a_hand_needs_a_helix():
     ],
 )
 def test_what_knows_uniform_loads_only_refuses_others(changes, has):
-    with pytest.raises(InputError, match=f'"one" and "two" {has}; allowed for wear'):
-        require_uniform_loads(make_gear_set(tables(**changes)), "wear")
+    with pytest.raises(
+        InputError, match=f'"one" and "two" {has}; allowed for pictures'
+    ):
+        require_uniform_loads(make_gear_set(tables(**changes)), "pictures")
 
 
 def test_spur_gears_without_leads_are_for_all():
-    require_uniform_loads(make_gear_set(tables(helix_angle_deg=0.0)), "wear")
+    require_uniform_loads(make_gear_set(tables(helix_angle_deg=0.0)), "pictures")
 
 
 def idler(offset_mm):

@@ -187,8 +187,8 @@ def test_internal_gears_have_none():
 
 def test_tasks_of_uniform_loads_refuse_it():
     gears = make_gear_set(pair())
-    with pytest.raises(InputError, match="have a topography; allowed for wear"):
-        require_uniform_loads(gears, "wear")
+    with pytest.raises(InputError, match="have a topography; allowed for pictures"):
+        require_uniform_loads(gears, "pictures")
     with pytest.raises(InputError, match="its lead, topography or misalignment"):
         require_no_width_gap(gears, 0, "a wave")
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from sliced_pairs import TORQUE, problem, slope
 
+import fegear
 from fegear.commands.wear.archard import StepPlan, path_points, wear_off
 from fegear.commands.wear.faces import WearingFaces
 from fegear.contact.solve import solve_cycle
@@ -51,3 +52,42 @@ def test_the_volume_is_that_of_load_times_sliding():
     force = face.load[0] / math.cos(face.base_helix_angle) / face.place.size
     work = (force * sliding * inside).sum() * pair.base_pitch / count
     assert mesh.sliding_work(loaded) == pytest.approx(work, rel=0.03)
+
+
+def study(**settings) -> fegear.FlankWear:
+    elements = fegear.StaticsSettings(resolution="coarse", positions=8, plane="width")
+    return fegear.FlankWear(**{"elements": elements, "torque": TORQUE} | settings)
+
+
+def test_the_written_topographies_are_the_worn_flanks(tmp_path):
+    """Statics of the file are those at the end; what follows begins there."""
+    edits = (
+        "mesh.1.misalignment_um=8",
+        "mesh.1.driver_topography={bias_um=4}",
+        "gear.1.worn_teeth=[{roll_angle_deg=[14,29],depth_um=[1,1]}]",
+    )
+    ref = type(study().gear_set)(name="liu-pair", edits=edits)
+    result = fegear.run(study(gear_set=ref, cycles=2e7, steps=2))
+    path = tmp_path / "worn.toml"
+    result.more_files["gears"](path)
+    again = fegear.run(study(gear_set=str(path), cycles=1e-3))
+    before, after = again.worn.first.key_figures, result.worn.last.key_figures
+    for name in ("ste_peak_to_peak_um", "load_distribution_factor", "ste_mean_um"):
+        assert before[name] == pytest.approx(after[name], rel=1e-3)
+    assert result.worn.lost.max() > 3e-7
+    rows = result.table.rows()
+    assert len(list(rows)) == result.worn.depth.size
+
+
+def test_aligned_gears_wear_as_in_the_plane():
+    """A lead of 1e-9 m makes slices; sections apart from the ends are plane."""
+    lead = ("mesh.1.lead={crowning_um=1e-3}",)
+    ref = type(study().gear_set)(name="liu-pair", edits=lead)
+    faces, plane = (
+        fegear.run(study(gear_set=gears, cycles=1e6, steps=2))
+        for gears in (ref, "liu-pair")
+    )
+    middle = faces.worn.depth.shape[-1] // 2
+    depth = faces.worn.depth[..., middle]
+    deviation = np.abs(depth - plane.worn.depth).max() / plane.worn.depth.max()
+    assert deviation < 0.05
