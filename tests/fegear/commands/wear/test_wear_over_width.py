@@ -12,6 +12,8 @@ import fegear
 from fegear.commands.wear.archard import StepPlan, path_points, wear_off
 from fegear.commands.wear.faces import WearingFaces
 from fegear.contact.solve import solve_cycle
+from fegear.files.errors import InputError
+from fegear.files.toml import toml_text
 
 K = 1e-18  # m2/N
 
@@ -91,3 +93,48 @@ def test_aligned_gears_wear_as_in_the_plane():
     depth = faces.worn.depth[..., middle]
     deviation = np.abs(depth - plane.worn.depth).max() / plane.worn.depth.max()
     assert deviation < 0.05
+
+
+RING = {
+    "name": "ring",
+    "teeth": 60,
+    "internal": True,
+    "rim_radius_mm": 72.0,
+}
+PINION = {"name": "pinion", "teeth": 20, "hub_radius_mm": 8.0}
+WHEEL = {"name": "wheel", "teeth": 30, "hub_radius_mm": 14.0}
+HALVES = {"hand": "double", "gap_mm": 4.0}
+
+
+@pytest.mark.parametrize(
+    ("gears", "mesh", "positions", "message"),
+    [
+        ((PINION, RING), {"lead": {"crowning_um": 5.0}}, 8, '"ring": internal; allow'),
+        ((PINION | HALVES, WHEEL | HALVES), {}, 8, 'hand = "double"; worn flanks have'),
+        ((PINION, WHEEL), {"misalignment_um": 5.0}, 200, "a topography of 3.. points"),
+    ],
+)
+def test_what_worn_flanks_cannot_be_is_refused(
+    gears, mesh, positions, message, tmp_path, monkeypatch
+):
+    def fail(*_arguments, **_options):
+        raise AssertionError("something was computed")
+
+    monkeypatch.setattr("fegear.elasticity.cache.cached_arrays", fail)
+    is_double = "hand" in gears[0]
+    tables = {
+        "name": "set",
+        "defaults": {"module_mm": 2.0, "face_width_mm": 20.0}
+        | ({"helix_angle_deg": 20.0} if is_double else {}),
+        "gear": list(gears),
+        "mesh": [
+            {"driver": "pinion", "driven": gears[1]["name"], "backlash_um": 50.0} | mesh
+        ],
+    }
+    path = tmp_path / "set.toml"
+    path.write_text(toml_text(tables), "utf-8")
+    elements = fegear.StaticsSettings(
+        resolution="coarse", positions=positions, plane="width"
+    )
+    with pytest.raises(InputError, match=message):
+        fegear.run(study(gear_set=str(path), elements=elements))
