@@ -115,7 +115,7 @@ class LoadedFlanks:
 
     @property
     def key_figures(self) -> dict[str, float]:
-        """As summaries have them."""
+        """Figures by name, as summaries have them."""
         mean = float(self.stiffness.mean())
         return {
             "mean_stiffness_N_per_m": mean,
