@@ -123,7 +123,7 @@ GEAR_KEYS = {
     "rack_tip_radius_mm": Key(0.5, (STIFF, FINITE, MOVING)),
     "helix_angle_deg": Key(15.0, (SHOWN, STIFF), entry=0),
     "hand": Key("left", (SHOWN,), HELICAL, entry=1),
-    "gap_mm": Key(3.0, (SHOWN,), DOUBLE, entry=0),
+    "gap_mm": Key(3.0, (SHOWN,), DOUBLE, entry=1),
     "face_width_mm": Key(9.0, TEETH),
     "hub_radius_mm": Key(9.0, TEETH),
     "hub_diameter_mm": Key(18.0, TEETH),
