@@ -424,6 +424,7 @@ NOT_IN_EXAMPLE = {
     },
     "stiffness": {"axial_force_N", "load_center_mm"},  # over the face width
     "reproduce": {"number", "title", "missing"},  # of a list
+    "wear": {"place_m"},  # over the face width
     "tolerances: samples_table": {  # over the face width
         *(f"{gear}_helix_slope_deviation_m" for gear in ("driver", "driven")),
         *(f"{gear}_helix_form_deviation_m" for gear in ("driver", "driven")),
