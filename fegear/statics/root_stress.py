@@ -165,8 +165,7 @@ def fillet_tension(
     root : of the gear, whose loads vary over the width along one helix
     """
     face, offset = cycle.face, solver.offsets[gear]
-    if face.base_helix_angle * problem.pair.driver.twist < 0.0:
-        root = root.mirrored  # as the contact was
+    root = _as_solved(root, problem, face)
     along = arcs_along(root.section.fillets[0])
     stress = np.zeros((*face.load.shape[1:3], along.size, root.places.size))
     with stage("root stress"):
@@ -181,6 +180,12 @@ def fillet_tension(
             stress[:, k] = tension
     stress[_without_stress(problem, cycle, gear)] = np.nan
     return FilletTension(face.teeth, along, root.places - offset, stress)
+
+
+def _as_solved(root: WideRoot, problem: ContactProblem, face: FaceLoads) -> WideRoot:
+    """The root with the helix that the loads have, which may be the mirrored one."""
+    is_mirrored = face.base_helix_angle * problem.pair.driver.twist < 0.0
+    return root.mirrored if is_mirrored else root
 
 
 def _joined_over_width(halves: list[RootOverWidth], apart: float) -> RootOverWidth:
@@ -207,8 +212,7 @@ def _tensions_over_width(
     root: WideRoot,
     load_slopes: Array,
 ) -> RootOverWidth:
-    if face.base_helix_angle * problem.pair.driver.twist < 0.0:
-        root = root.mirrored  # as the contact was
+    root = _as_solved(root, problem, face)
     teeth = face.teeth if gear == DRIVER else -face.teeth
     force, changes = face.load * face.slice_length, load_slopes * face.slice_length
     arcs = face.arc[..., gear]

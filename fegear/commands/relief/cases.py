@@ -121,7 +121,7 @@ def compared_rows(
 
     With what there is over the width before as well as after.
 
-    misaligned : whether misalignments are those of the command, not of the gear set
+    misaligned : whether the command names misalignments in place of the gear set's
     """
     torques = before.cycles[0].torque.tolist()
     rows: list[dict[str, Any]] = [

@@ -184,7 +184,7 @@ def left_out_reliefs(places: list[str], reliefs: list[dict[str, Any]]) -> list[s
 
 
 def left_out_features(sought: ReliefProblem, rows: DesignRows) -> list[str]:
-    """What was sought and is not among the rows."""
+    """Modifications that were sought and that no row shows."""
     names = {row["lead"] for row in rows.leads}
     leads = [f"{lead.role}_lead.{lead.name}" for lead in sought.leads]
     places = [entry.place for entry in sought.ranges]

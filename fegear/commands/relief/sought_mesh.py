@@ -157,7 +157,7 @@ class SoughtMesh:
     def problem(
         self, torques: Array, positions: Array, largest: LargestDepths
     ) -> ReliefProblem:
-        """What is sought, with its largest depths."""
+        """The search for modifications up to their largest depths."""
         contacts = [
             contact_problem(one, self.index, self.settings) for one in self.gear_sets
         ]

@@ -80,7 +80,7 @@ class TopographyRange:
         return np.asarray(START_PART * patterns[pattern % len(patterns)].ravel())
 
     def table(self, depths_um: Array) -> dict[str, Any]:
-        """Keys of depths in a gear-set file, the least of which is 0."""
+        """Keys of the gear-set file for depths, moved so that the least is 0."""
         depths = self.grid(np.asarray(depths_um - depths_um.min()))
         return {
             "roll_angle_deg": list(self.roll_angles_deg),

@@ -88,7 +88,7 @@ def damaged_outlines(teeth: FaultyTeeth) -> dict[int, Points]:
     broken = {
         teeth.turn(tip.tooth): tooth_outline(gear, broken_height=tip.height)
         for tip in faults.broken_tips
-        if not tip.is_corner  # of which the section in the middle has little
+        if not tip.is_corner  # the section in the middle misses corners
     }
     return broken | {teeth.turn(tooth): root for tooth in faults.missing}
 

@@ -23,7 +23,7 @@ class WidthContact(ShortRepr):
     offsets : middle of the common width from the middle of either gear [m]
     gap, back_gap : (slices,) along the line of action that belongs to neither gear, of
         drive flanks and of back flanks [m]
-    far : the far half of double helical gears, of which this is the near one
+    far : the far half, where this is the near half of double helical gears
     groove : between both [m]
     """
 

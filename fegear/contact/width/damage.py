@@ -102,7 +102,7 @@ class DamagedFlank:
             yield (spall.start, spall.end), (middle - half, middle + half)
 
     def rolls_of(self, roll: Array, length: float) -> Array:
-        """Roll lengths of the flank where those of the driver are given [m]."""
+        """Roll lengths of this flank at roll lengths of the driver [m]."""
         return roll if self.number == DRIVER else length - roll
 
     @property
@@ -202,7 +202,7 @@ class DamagedPair:
 def damaged_pairs(
     problem: ContactProblem, face: WidthContact, teeth: PairTeeth | None
 ) -> tuple[DamagedPair, ...]:
-    """Pairs with teeth (k,) that differ, of which there may be none."""
+    """Find the pairs in which a tooth differs from the others, perhaps none."""
     if teeth is None:
         return ()
     gears = problem.pair.driver, problem.pair.driven
