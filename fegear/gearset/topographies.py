@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise, product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -52,8 +53,6 @@ def topographies_by_key(
 def _topography(
     entry: TopographyEntry, flank: Zones, width: float, where: str, folder: Path
 ) -> FlankTopography | None:
-    if flank.gear.sign < 0:
-        raise InputError(f"{where}; must not be given, it is of an internal gear")
     _require_depths(f"{where}.bias_um", np.array([entry.bias_um]), flank)
     points = _points(entry, where, folder)
     if points is not None:
@@ -66,6 +65,25 @@ def _topography(
         depths=((0.0, 0.0), (0.0, 0.0)),
     )
     return _with_bias(ends, entry, flank, width)
+
+
+def topography_keys(
+    topography: FlankTopography, base_radius: float, decimals: int
+) -> dict[str, Any]:
+    """Keys of a gear-set file that give a topography.
+
+    base_radius : of its gear, negative of an internal one [m]
+    decimals : of angles [deg], places [mm] and depths [um]
+    """
+    angles = np.degrees(np.array(topography.roll_lengths) / base_radius)
+    order = np.argsort(angles)
+    places = np.array(topography.places) / MM
+    depths = np.array(topography.depths)[order] / UM
+    return {
+        ROLL: angles[order].round(decimals).tolist(),
+        PLACE: places.round(decimals).tolist(),
+        "depth_um": depths.round(decimals).tolist(),
+    }
 
 
 Points = tuple[tuple[float, ...], tuple[float, ...], np.ndarray]  # deg, mm and um
@@ -134,8 +152,10 @@ def _on_flank(
 ) -> FlankTopography:
     """The topography of points [deg, mm, um], which must be on the flank."""
     half = 0.5 * width / MM
-    angles = flank.roll_angle_deg(flank.gear.form_roll_length)
-    _require_points(f"{where}.{ROLL}", rolls, (angles, flank.roll_angle_deg(flank.tip)))
+    low, high = sorted(
+        map(flank.roll_angle_deg, (flank.gear.form_roll_length, flank.tip))
+    )
+    _require_points(f"{where}.{ROLL}", rolls, (low, high))
     _require_points(f"{where}.{PLACE}", places, (-half, half))
     _require_depths(f"{where}: depth", depths, flank)
     roll_lengths = np.radians(rolls) * flank.gear.base_radius
@@ -150,10 +170,11 @@ def _on_flank(
                 f"{where}: depths change by {slope:.3g} of the way between two points "
                 f"along {name}; must be at most {MAX_SLOPE:g}"
             )
+    order = np.argsort(roll_lengths)  # those of internal gears are below zero
     return FlankTopography(
-        roll_lengths=tuple(roll_lengths.tolist()),
+        roll_lengths=tuple(roll_lengths[order].tolist()),
         places=tuple(MM * place for place in places),
-        depths=tuple(map(tuple, (UM * depths).tolist())),
+        depths=tuple(map(tuple, (UM * depths[order]).tolist())),
     )
 
 

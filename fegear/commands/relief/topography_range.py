@@ -10,12 +10,14 @@ import numpy as np
 from fegear.contact.problem import ContactProblem
 from fegear.contact.width.contact import WidthContact
 from fegear.gearset.modifications import FlankTopography
+from fegear.gearset.topographies import topography_keys
 from fegear.gearset.zones import zones
 from lumped.common.array_types import Array
 from lumped.common.units import MM, UM
 
 START_PART = 0.3  # of the largest depth, in patterns from which searches start
-ROLL_DECIMALS, PLACE_DECIMALS = 6, 6  # of degrees and mm, as points are written
+# of angles [deg] and places [mm], and of depths [um], as they are written
+POINT_DECIMALS, DEPTH_DECIMALS = 6, 2
 
 
 @dataclass(frozen=True)
@@ -81,12 +83,8 @@ class TopographyRange:
 
     def table(self, depths_um: Array) -> dict[str, Any]:
         """Keys of the gear-set file for depths, moved so that the least is 0."""
-        depths = self.grid(np.asarray(depths_um - depths_um.min()))
-        return {
-            "roll_angle_deg": list(self.roll_angles_deg),
-            "place_mm": list(self.places_mm),
-            "depth_um": depths.round(2).tolist(),
-        }
+        depths = np.asarray((depths_um - depths_um.min()).round(DEPTH_DECIMALS))
+        return topography_keys(self.of(depths), self.base_radius, POINT_DECIMALS)
 
 
 def topography_range(
@@ -104,13 +102,13 @@ def topography_range(
     flank = zones(contact.pair, role)
     offset = face.offsets[0 if role == "driver" else 1]
     start, tip = (flank.roll_angle_deg(roll) for roll in (flank.start, flank.tip))
-    angles = np.linspace(start, tip, points[0]).round(ROLL_DECIMALS)
+    angles = np.linspace(start, tip, points[0]).round(POINT_DECIMALS)
     half = 0.5 * face.width
     places = np.linspace(offset - half, offset + half, points[1]) / MM
     return TopographyRange(
         role=role,
         roll_angles_deg=tuple(angles.tolist()),
-        places_mm=tuple(places.round(PLACE_DECIMALS).tolist()),
+        places_mm=tuple(places.round(POINT_DECIMALS).tolist()),
         base_radius=flank.gear.base_radius,
         largest=largest / UM,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -21,7 +21,10 @@ from lumped.common.units import MM, UM
 
 @dataclass(frozen=True, eq=False)
 class FaceWearResult(FlankWearResult):
-    """Depth of wear over profile and face width of both flanks."""
+    """Depth of wear over profile and face width of both flanks.
+
+    slice_error : of what a passage takes off at the beginning, relative
+    """
 
     losses: ClassVar[Columns] = {
         **GEARS,
@@ -34,11 +37,16 @@ class FaceWearResult(FlankWearResult):
     }
     error_text: ClassVar[str] = (
         "depth of wear, estimated error: by steps {steps:.1e} of the largest, by "
-        "positions {positions:.1e} of the mean; worn volume against sliding work "
-        "{volume_balance:.1e}"
+        "positions {positions:.1e} and by slices {slices:.1e} of the mean; worn volume "
+        "against sliding work {volume_balance:.1e}"
     )
 
     mesh: WearingFaces
+    slice_error: float
+
+    @cached_property
+    def _errors(self) -> dict[str, float]:
+        return super()._errors | {"slices": self.slice_error}
 
     def _gear_values(self, row: int) -> dict[str, Any]:
         depth = self.worn.depth

@@ -56,7 +56,7 @@ def require_few_points(
         strict=True,
     ):
         gear = gear_set.gears[index]
-        rolls, along = np.sort(angles) * gear.geometry.base_radius, places + middle
+        rolls, along = np.sort(angles * gear.geometry.base_radius), places + middle
         if flank.topography is not None:
             rolls = merged_points(flank.topography.roll_lengths, rolls)
             along = merged_points(flank.topography.places, along)
@@ -190,6 +190,36 @@ class WearingFaces(WearingMesh):
             per_width=cycle.face.per_width[0, regular].mean(axis=0),
             distribution_factor=float(cycle.face.distribution_factor[0]),
         )
+
+    def slice_error(self, loaded: LoadedFlanks, depth: Array) -> float:
+        """Mean change of what a passage takes off, with half of the slices, over it.
+
+        loaded : contact with depths (2, p, m) of wear at the middles of slices [m]
+        """
+        fewer = self._with_half_the_slices
+
+        def at_fewer(values: Array) -> Array:
+            """Values (2, p, m), at the middles of fewer slices."""
+            rows = zip(fewer.places, self.places, values, strict=True)
+            return np.array(
+                [[np.interp(few, z, row) for row in v] for few, z, v in rows]
+            )
+
+        taken = at_fewer(self.depth_per_passage(loaded))
+        coarse = fewer.depth_per_passage(fewer.load(at_fewer(depth)))
+        change = np.abs(coarse - taken).mean(axis=(1, 2))
+        return float((change / taken.mean(axis=(1, 2))).max())
+
+    @property
+    def _with_half_the_slices(self) -> WearingFaces:
+        solver = self.solver
+        places = slice_places(solver.width, max(2, solver.slices // 2))
+        halved = replace(
+            solver,
+            gap=solver.gap_at(places),
+            back_gap=solver.of_back_flanks.gap_at(places),
+        )
+        return replace(self, contact=replace(self.contact, solver=halved))
 
     def _line_loads(self, cycle: ContactCycle) -> Array:
         """See `LoadedFaces`; linear between positions at which a slice was solved."""

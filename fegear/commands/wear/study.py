@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ from fegear.gearset.modifications import FlankTopography
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
+from fegear.gearset.topographies import topography_keys
 from fegear.gearset.zones import zones
 from fegear.statics.contact_problem import (
     contact_problem,
@@ -52,7 +54,7 @@ from fegear.studies.trains.loads import chosen_torque
 from fegear.studies.trains.train_problem import refuse_edits
 from lumped.common.array_types import Array
 from lumped.common.options import Range
-from lumped.common.units import MM, UM
+from lumped.common.units import UM
 
 ROUNDED = 9  # decimals of angles [deg] and depths [um] in a file
 MIN_POSITIONS = 8
@@ -170,12 +172,6 @@ class FlankWear(
 
     def _require_faces(self, gears: GearSet, index: int, points: PathPoints) -> None:
         """Refuse a mesh whose worn flanks are no topographies."""
-        for gear in (gears.gears[number] for number in gears.meshes[index].gears):
-            if gear.geometry.sign < 0:
-                raise InputError(
-                    f'gear "{gear.name}": internal; allowed for wear where loads vary '
-                    "over the face width are external gears"
-                )
         require_solvable(gears, index, self.elements)
         resolution = RESOLUTIONS[self.elements.resolution]
         slices = slices_over_width(gears, index, resolution)
@@ -217,10 +213,8 @@ class WearProblem(Problem):
         study, gears = self.study, self.gears
         bare = without_wear(gears, self.index)
         contact = contact_problem(bare, self.index, study.elements, job.report)
-        kind: type[WearingMesh] = WearingMesh
-        result_kind: type[FlankWearResult] = FlankWearResult
-        if gears.meshes[self.index].varies_over_width:
-            kind, result_kind = WearingFaces, FaceWearResult
+        varies = gears.meshes[self.index].varies_over_width
+        kind = WearingFaces if varies else WearingMesh
         mesh = kind(contact, self.torque, study.wear_coefficient, self.points)
         before = self._depth_before(mesh)
         first = mesh.load(before)
@@ -228,7 +222,11 @@ class WearProblem(Problem):
         plan = StepPlan(depth_step or DEPTH_STEP_SHARE * first.deflection, study.steps)
         worn = wear_off(mesh, before, study.cycles, plan, job.report)
         coarser = wear_off(mesh, before, study.cycles, plan.halved, job.report)
-        return result_kind(
+        kind_of_result: Callable[..., FlankWearResult] = FlankWearResult
+        if isinstance(mesh, WearingFaces):
+            error = mesh.slice_error(first, before)
+            kind_of_result = partial(FaceWearResult, slice_error=error)
+        return kind_of_result(
             study=study,
             gear_set=gears.name,
             names=tuple(gears.gears[n].name for n in gears.meshes[self.index].gears),
@@ -301,13 +299,9 @@ def _topography_edits(
     gears = mesh.pair.driver, mesh.pair.driven
     roles = "driver", "driven"
     return {
-        f"mesh.{index + 1}.{role}_topography": {
-            "roll_angle_deg": _rounded(
-                np.degrees(topography.roll_lengths) / gear.base_radius
-            ),
-            "place_mm": _rounded(np.array(topography.places) / MM),
-            "depth_um": _rounded(np.array(topography.depths) / UM),
-        }
+        f"mesh.{index + 1}.{role}_topography": topography_keys(
+            topography, gear.base_radius, ROUNDED
+        )
         for role, gear, topography in zip(roles, gears, topographies, strict=True)
     }
 

@@ -167,7 +167,7 @@ class FaceSolver:
         for gear, topography, offset, arc in of_gears:
             if topography is not None:
                 squared = gear.tip_roll_length**2 - 2.0 * gear.base_radius * arc
-                roll_length = np.sqrt(np.maximum(squared, 0.0))
+                roll_length = gear.sign * np.sqrt(np.maximum(squared, 0.0))
                 depth += topography.depth(roll_length, parts.place + offset)
         return depth
 

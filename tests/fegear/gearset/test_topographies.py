@@ -18,6 +18,7 @@ from fegear.gearset.edit import edited
 from fegear.gearset.leads import require_no_width_gap, require_uniform_loads
 from fegear.gearset.modifications import FlankTopography
 from fegear.gearset.read import files_of_gear_set, load_tables, relative_tables
+from fegear.gearset.topographies import topography_keys
 from fegear.gearset.zones import zones
 
 GRID = {
@@ -170,19 +171,45 @@ def test_bad_topographies_are_refused(keys, message):
     assert "driver_topography" in str(refused.value)
 
 
-def test_internal_gears_have_none():
-    ring = {
-        "name": "ring",
-        "defaults": {"module_mm": 2.0, "face_width_mm": 10.0},
-        "gear": [
-            {"name": "p", "teeth": 36, "hub_radius_mm": 20.0},
-            {"name": "r", "teeth": 96, "internal": True, "rim_radius_mm": 112.0},
-        ],
-        "mesh": [{"driver": "p", "driven": "r", "center_distance_mm": 60.0}],
-        "load": {"gear": "p", "torques_Nm": [20.0]},
-    }
-    with pytest.raises(InputError, match="must not be given, it is of an internal"):
-        make_gear_set(edited(ring, {"mesh.1.driven_topography": {"bias_um": 1.0}}))
+RING = {
+    "name": "ring",
+    "defaults": {"module_mm": 2.0, "face_width_mm": 10.0},
+    "gear": [
+        {"name": "p", "teeth": 36, "hub_radius_mm": 20.0},
+        {"name": "r", "teeth": 96, "internal": True, "rim_radius_mm": 112.0},
+    ],
+    "mesh": [{"driver": "p", "driven": "r", "center_distance_mm": 60.0}],
+    "load": {"gear": "p", "torques_Nm": [20.0]},
+}
+
+
+def of_ring(**keys):
+    tables = edited(RING, {"mesh.1.driven_topography": keys})
+    return topographies(tables)[1], make_gear_set(tables).meshes[0].pair
+
+
+def test_angles_of_an_internal_gear_increase_to_its_root():
+    """Its tip is inside, so that its roll lengths are from the last angle on."""
+    angles = [20.5, 22.0, 24.0]
+    keys = {"roll_angle_deg": angles, "place_mm": [-4.0, 4.0]}
+    depths = [[3.0, 4.0], [0.0, 1.0], [-1.0, 2.0]]
+    grid, pair = of_ring(**keys, depth_um=depths)
+    radius = pair.driven.base_radius
+    assert radius < 0.0
+    for (i, angle), (j, place) in product(enumerate(angles), enumerate([-4e-3, 4e-3])):
+        point = np.array([radius * math.radians(angle)]), np.array([place])
+        assert grid.depth(*point)[0] == pytest.approx(1e-6 * depths[i][j], abs=1e-18)
+    written = topography_keys(grid, radius, 9)
+    assert written == keys | {"depth_um": depths}
+    with pytest.raises(InputError, match=r"roll_angle_deg = 10; must be from 16\.9"):
+        of_ring(**keys | {"roll_angle_deg": [10.0, 22.0, 24.0]}, depth_um=depths)
+    twist, pair = of_ring(bias_um=4.0)
+    flank = zones(pair, "driven")
+    at_far_end = [
+        twist.depth(np.array([roll]), np.array([5e-3]))[0]
+        for roll in (flank.start, flank.tip)
+    ]
+    assert at_far_end == pytest.approx([-2e-6, 2e-6])
 
 
 def test_tasks_of_uniform_loads_refuse_it():
