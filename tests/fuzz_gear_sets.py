@@ -169,6 +169,9 @@ def shaft_body(r: random.Random) -> dict[str, Any]:
     for key in ("bearing_kxy_N_per_m", "bearing_kyx_N_per_m"):
         if r.random() < 0.2:
             body[key] = [r.choice([-1, 1]) * 10.0 ** r.uniform(4, 9)] * bearings
+    for key in ("bearing_kz_N_per_m", "bearing_tilt_stiffness_Nm_per_rad"):
+        if r.random() < 0.2:
+            body[key] = [r.choice([0.0, 10.0 ** r.uniform(2, 9)])] * bearings
     if r.random() < 0.3:
         body["bearing_cx_Ns_per_m"] = [10.0 ** r.uniform(0, 6)] * bearings
     if r.random() < 0.3:

@@ -105,6 +105,8 @@ BENT = PAIR | {
             "bearing_ky_N_per_m": [6e7, 3e7],
             "bearing_kxy_N_per_m": [0.0, 1e6],
             "bearing_kyx_N_per_m": [0.0, -1e6],
+            "bearing_kz_N_per_m": [2e7, 0.0],
+            "bearing_tilt_stiffness_Nm_per_rad": [3e3, 0.0],
             "bearing_cx_Ns_per_m": [100.0, 50.0],
             "bearing_cy_Ns_per_m": [100.0, 50.0],
             "disk_positions_mm": [180.0],

@@ -799,6 +799,8 @@ COUNTED_KEYS = {
         *STIFFNESSES_ON_SHAFT,
         "bearing_kxy_N_per_m",
         "bearing_kyx_N_per_m",
+        "bearing_kz_N_per_m",
+        "bearing_tilt_stiffness_Nm_per_rad",
         "bearing_cx_Ns_per_m",
         "bearing_cy_Ns_per_m",
     ),
@@ -806,6 +808,7 @@ COUNTED_KEYS = {
 }
 Positions = Annotated[float, Field(ge=0.0, le=1e5)]  # mm
 CrossStiffness = Annotated[float, Field(ge=-1e15, le=1e15)]  # N/m
+NotNegativeStiffness = Annotated[float, Field(ge=0.0, le=1e15)]  # N/m or N m/rad
 Damping = Annotated[float, Field(ge=0.0, le=1e12)]  # N s/m
 ShaftInertia = Annotated[float, Field(ge=0.0, le=1e9)]  # kg m2
 
@@ -857,6 +860,16 @@ class ShaftEntry(Keys):
         default=None,
         description="Force of every bearing along y per displacement along x, against "
         "it. [default: 0]",
+    )
+    bearing_kz_N_per_m: Entries[NotNegativeStiffness] | None = Field(
+        default=None,
+        description="Stiffness of every bearing along the axis; 0 for a floating "
+        "bearing. [default: it is not known which bearing locates the shaft]",
+    )
+    bearing_tilt_stiffness_Nm_per_rad: Entries[NotNegativeStiffness] | None = Field(
+        default=None,
+        description="Moment of every bearing about a diameter per angle by which the "
+        "shaft tilts in it. [default: 0]",
     )
     bearing_cx_Ns_per_m: Entries[Damping] | None = Field(
         default=None, description="Damping of every bearing along x. [default: 0]"

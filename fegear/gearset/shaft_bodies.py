@@ -13,11 +13,16 @@ class ShaftBearing:
 
     position : from the shaft's first end [m]
     stiffness : kxx, kxy, kyx, kyy [N/m]
+    axial_stiffness : along the axis, 0 of a floating bearing; None where the gear set
+        does not state it [N/m]
+    tilt_stiffness : moment per angle about a diameter [N m/rad]
     damping : cxx, cyy [N s/m]
     """
 
     position: float
     stiffness: tuple[float, float, float, float]
+    axial_stiffness: float | None = None
+    tilt_stiffness: float = 0.0
     damping: tuple[float, float] = (0.0, 0.0)
 
 

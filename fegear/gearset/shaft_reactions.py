@@ -1,8 +1,9 @@
 """Reactions of two bearings that carry a shaft under the forces of its gears' teeth.
 
 The shaft is statically determinate: its bearings are hinges at their positions, one of
-which takes the axial force. Weight has no part in it, nor have the pure torques that
-drive or brake the shaft. The first end of a shaft is the near one.
+which takes the axial force; they have no tilt stiffness. Weight has no part in it, nor
+have the pure torques that drive or brake the shaft. The first end of a shaft is the
+near one.
 """
 
 from __future__ import annotations
@@ -39,11 +40,13 @@ class ShaftReactions(ShortRepr):
 def shaft_reactions(
     gear_set: GearSet, forces: list[ForceOnGear]
 ) -> Iterator[ShaftReactions]:
-    """Reactions of every shaft that has forces, and two bearings at two positions."""
+    """Reactions of every shaft that has forces, and two hinges at two positions."""
     for number, shaft in enumerate(gear_set.shafts):
         body = shaft.body
         loads = [force for force in forces if force.gear in shaft.gears]
         if body is None or not loads or len(body.bearings) != 2:
+            continue
+        if any(bearing.tilt_stiffness for bearing in body.bearings):
             continue
         near, far = sorted(bearing.position for bearing in body.bearings)
         if not near < far:

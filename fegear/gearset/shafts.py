@@ -65,12 +65,20 @@ def _bearings(entry: ShaftEntry) -> tuple[ShaftBearing, ...]:
         entry.bearing_kxy_N_per_m or none,
         entry.bearing_kyx_N_per_m or none,
         entry.bearing_ky_N_per_m or none,
+        entry.bearing_kz_N_per_m or (None,) * len(positions),
+        entry.bearing_tilt_stiffness_Nm_per_rad or none,
         entry.bearing_cx_Ns_per_m or none,
         entry.bearing_cy_Ns_per_m or none,
     )
     return tuple(
-        ShaftBearing(position=z, stiffness=(kx, kxy, kyx, ky), damping=(cx, cy))
-        for z, kx, kxy, kyx, ky, cx, cy in zip(*columns, strict=True)
+        ShaftBearing(
+            position=z,
+            stiffness=(kx, kxy, kyx, ky),
+            axial_stiffness=kz,
+            tilt_stiffness=tilt,
+            damping=(cx, cy),
+        )
+        for z, kx, kxy, kyx, ky, kz, tilt, cx, cy in zip(*columns, strict=True)
     )
 
 

@@ -1,4 +1,6 @@
-"""Matrices of a spinning Euler-Bernoulli element with cubic shape functions.
+"""Matrices of a spinning element with cubic shape functions.
+
+Elements are Euler-Bernoulli beams. Stiffness may include shear, for loads at rest.
 
 Both nodes have five coordinates: translations x and y, tilts about x and y, and the
 rotation about the axis. A slope dx/dz is the tilt about y, and a slope dy/dz the
@@ -24,19 +26,25 @@ QUARTER_TURN[1, 0] = QUARTER_TURN[3, 2] = 1.0
 QUARTER_TURN[0, 1] = QUARTER_TURN[2, 3] = -1.0
 
 
-def bending_stiffness(length: float) -> Array:
-    """Stiffness (4, 4) of one plane per bending stiffness EI [1/m3, 1/m2 or 1/m]."""
-    L = length
+def bending_stiffness(length: float, shear: float = 0.0) -> Array:
+    """Stiffness (4, 4) of one plane per bending stiffness EI [1/m3, 1/m2 or 1/m].
+
+    It is exact for loads at the nodes.
+
+    shear : Timoshenko's number phi = 12 E I / (kappa G A L^2), 0 without shear
+    """
+    L, phi = length, shear
     return (
         np.array(
             [
                 [12.0, 6.0 * L, -12.0, 6.0 * L],
-                [6.0 * L, 4.0 * L**2, -6.0 * L, 2.0 * L**2],
+                [6.0 * L, (4.0 + phi) * L**2, -6.0 * L, (2.0 - phi) * L**2],
                 [-12.0, -6.0 * L, 12.0, -6.0 * L],
-                [6.0 * L, 2.0 * L**2, -6.0 * L, 4.0 * L**2],
+                [6.0 * L, (2.0 - phi) * L**2, -6.0 * L, (4.0 + phi) * L**2],
             ]
         )
         / L**3
+        / (1.0 + phi)
     )
 
 

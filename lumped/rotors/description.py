@@ -94,6 +94,8 @@ class Bearing:
     stiffness : kxx, kxy, kyx, kyy, forces along the first axis by displacements along
         the second [N/m]
     damping : likewise [N s/m]
+    axial_stiffness : along the axis, 0 of a floating bearing; `statics` reads it, and
+        `matrices` leaves motion along the axis out [N/m]
     tilt_stiffness : moment per angle about both diameters [N m/rad]
     torsional_stiffness : of a spring to ground about the axis [N m/rad]
     """
@@ -101,6 +103,7 @@ class Bearing:
     position: float = _not_negative()
     stiffness: tuple[float, float, float, float]
     damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    axial_stiffness: float = _not_negative()
     tilt_stiffness: float = _not_negative()
     torsional_stiffness: float = _not_negative()
 

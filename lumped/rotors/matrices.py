@@ -30,6 +30,7 @@ from lumped.rotors.beams import (
 from lumped.rotors.description import (
     MIN_ELEMENT,
     POSITION_RTOL,
+    Bearing,
     MeshSpring,
     Rotor,
     RotorError,
@@ -97,7 +98,7 @@ class GyroscopicSystem:
     def index(self, rotor: int, position: float, kind: str) -> int:
         """Index of a coordinate by rotor, position of a node [m] and kind."""
         first = NODE_SIZE * sum(len(nodes) for nodes in self.nodes[:rotor])
-        node = _node_at(self.nodes[rotor], position)
+        node = node_at(self.nodes[rotor], position)
         return first + NODE_SIZE * node + NODE_COORDINATES.index(kind)
 
 
@@ -108,12 +109,20 @@ def assemble(system: RotorSystem) -> GyroscopicSystem:
     would vary with the rotation.
     """
     for rotor in system.rotors:
-        if any(section.asymmetry for section in rotor.sections):
-            raise RotorError(
-                f"rotor {rotor.name!r}: a section has an asymmetry; its stiffness "
-                "varies with the rotation, use rotating_frame"
-            )
+        require_axial_symmetry(rotor, ", use rotating_frame")
     return assemble_any(system)
+
+
+def require_axial_symmetry(rotor: Rotor, cure: str = "") -> None:
+    """Raise RotorError for a shaft with a section that is not axially symmetric.
+
+    cure : end of the message
+    """
+    if any(section.asymmetry for section in rotor.sections):
+        raise RotorError(
+            f"rotor {rotor.name!r}: a section has an asymmetry; its stiffness "
+            f"varies with the rotation{cure}"
+        )
 
 
 def assemble_any(system: RotorSystem) -> GyroscopicSystem:
@@ -180,11 +189,13 @@ def nodes_of(
     return tuple(nodes)
 
 
-def _node_at(nodes: tuple[float, ...], position: float) -> int:
+def node_at(nodes: tuple[float, ...], position: float) -> int:
+    """Index of the node that is nearest to a position [m]."""
     return int(np.abs(np.asarray(nodes) - position).argmin())
 
 
-def _section_at(rotor: Rotor, position: float) -> Section:
+def section_at(rotor: Rotor, position: float) -> Section:
+    """Section of a shaft at a position [m]."""
     ends = accumulate(section.length for section in rotor.sections)
     for section, end in zip(rotor.sections, ends, strict=True):
         if position < end:
@@ -198,21 +209,16 @@ def _add_shaft(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
     for element, (low, high) in enumerate(pairwise(nodes)):
         place = first + NODE_SIZE * element
         at = slice(place, place + 2 * NODE_SIZE)
-        section, length = _section_at(rotor, 0.5 * (low + high)), high - low
+        section, length = section_at(rotor, 0.5 * (low + high)), high - low
         inertia = rotor.density * section.second_moment
-        rigidity = rotor.young_modulus * section.second_moment
-        difference = rigidity * section.asymmetry
-        twist, spin = twist_matrices(length)
+        _, spin = twist_matrices(length)
         mass = rotor.density * section.area * translation_mass(length)
         if rotor.rotary_inertia:
             mass = mass + inertia * rotation_mass(length)
             polar = 2.0 * inertia * rotor.speed_ratio
             result.gyroscopic[at, at] += polar * gyroscopic_matrix(length)
         result.mass[at, at] += in_both_planes(mass, 1.0, 1.0) + 2.0 * inertia * spin
-        torsional = 2.0 * rotor.shear_modulus * section.second_moment
-        stiffness = torsional * twist + in_both_planes(
-            bending_stiffness(length), rigidity + difference, rigidity - difference
-        )
+        stiffness = element_stiffness(rotor, section, length)
         result.shaft_stiffness[at, at] += stiffness
         result.stiffness[at, at] += stiffness
         # the rate of strain is seen from the shaft: x' - Omega J x
@@ -221,13 +227,43 @@ def _add_shaft(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
         result.circulatory[at, at] -= rate * stiffness @ turn
 
 
-def _arm(result: GyroscopicSystem, rotor: int, position: float) -> Array:
-    """Motion (5, 5) of a part by that of the node that carries it on a rigid arm."""
-    nodes = result.nodes[rotor]
-    distance = position - nodes[_node_at(nodes, position)]
+def element_stiffness(
+    rotor: Rotor, section: Section, length: float, shear: float = 0.0
+) -> Array:
+    """Stiffness (10, 10) of an element; shear : number of `bending_stiffness`."""
+    rigidity = rotor.young_modulus * section.second_moment
+    difference = rigidity * section.asymmetry
+    torsional = 2.0 * rotor.shear_modulus * section.second_moment
+    twist, _ = twist_matrices(length)
+    return np.asarray(
+        torsional * twist
+        + in_both_planes(
+            bending_stiffness(length, shear),
+            rigidity + difference,
+            rigidity - difference,
+        )
+    )
+
+
+def bearing_stiffness(bearing: Bearing) -> Array:
+    """Stiffness (5, 5) of a bearing against motion of the shaft in it."""
+    tilt = bearing.tilt_stiffness
+    stiffness = np.diag([0.0, 0.0, tilt, tilt, bearing.torsional_stiffness])
+    stiffness[:2, :2] = np.reshape(bearing.stiffness, (2, 2))
+    return stiffness
+
+
+def rigid_arm(distance: float) -> Array:
+    """Motion (5, 5) of a point by that of one at a distance before it [m]."""
     arm = np.eye(NODE_SIZE)
     arm[X, TILT_Y], arm[Y, TILT_X] = distance, -distance
     return arm
+
+
+def _arm(result: GyroscopicSystem, rotor: int, position: float) -> Array:
+    """Motion (5, 5) of a part by that of the node that carries it on a rigid arm."""
+    nodes = result.nodes[rotor]
+    return rigid_arm(position - nodes[node_at(nodes, position)])
 
 
 def _add_disks(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
@@ -247,9 +283,7 @@ def _add_bearings(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
         first = result.index(number, bearing.position, "x")
         at = slice(first, first + NODE_SIZE)
         arm = _arm(result, number, bearing.position)
-        tilt = bearing.tilt_stiffness
-        stiffness = np.diag([0.0, 0.0, tilt, tilt, bearing.torsional_stiffness])
-        stiffness[:2, :2] = np.reshape(bearing.stiffness, (2, 2))
+        stiffness = bearing_stiffness(bearing)
         damping = np.zeros((NODE_SIZE, NODE_SIZE))
         damping[:2, :2] = np.reshape(bearing.damping, (2, 2))
         result.stiffness[at, at] += arm.T @ stiffness @ arm
@@ -273,7 +307,7 @@ def mesh_rows(result: GyroscopicSystem, mesh: MeshSpring) -> tuple[Array, Array]
         row[at + ROTATION] += mesh.sense * mesh.base_radii[gear]
         tilts = [at + TILT_X, at + TILT_Y]
         nodes, position = result.nodes[mesh.rotors[gear]], mesh.positions[gear]
-        arm = position - nodes[_node_at(nodes, position)]
+        arm = position - nodes[node_at(nodes, position)]
         row[tilts] += (mesh.offsets[gear] + arm) * slope[tilts]
     return row, slope
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_nominal
@@ -11,6 +12,7 @@ from fegear.gearset.leads import require_one_helix
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet, Shaft
 from fegear.gearset.shaft_bodies import ShaftBody
+from fegear.gearset.shaft_rotors import shaft_rotor
 from lumped.rotors.description import (
     Bearing,
     Disk,
@@ -18,7 +20,6 @@ from lumped.rotors.description import (
     Rotor,
     RotorError,
     RotorSystem,
-    Section,
 )
 from lumped.train.coordinates import line_of_action, rolling_sense
 from lumped.train.train import Train
@@ -79,11 +80,6 @@ def transverse_inertia(gear: Gear) -> float:
     return 0.5 * inertia_of(gear) + mass_of(gear) * gear.face_width**2 / 12.0
 
 
-def shaft_name(gear_set: GearSet, shaft: Shaft) -> str:
-    """Names of its gears."""
-    return "+".join(gear_set.gears[gear].name for gear in shaft.gears)
-
-
 def _rotor(gear_set: GearSet, train: Train, shaft: Shaft, body: ShaftBody) -> Rotor:
     gears = [gear_set.gears[index] for index in shaft.gears]
     wheels = [
@@ -104,16 +100,8 @@ def _rotor(gear_set: GearSet, train: Train, shaft: Shaft, body: ShaftBody) -> Ro
         )
         for disk in body.disks
     ]
-    bearings = [
-        Bearing(
-            position=bearing.position,
-            stiffness=bearing.stiffness,
-            damping=(bearing.damping[0], 0.0, 0.0, bearing.damping[1]),
-        )
-        for bearing in body.bearings
-    ]
     # springs to ground turn with their gear
-    bearings += [
+    springs = [
         Bearing(
             position=position,
             stiffness=(0.0, 0.0, 0.0, 0.0),
@@ -122,18 +110,11 @@ def _rotor(gear_set: GearSet, train: Train, shaft: Shaft, body: ShaftBody) -> Ro
         for gear, position in zip(gears, body.gear_positions, strict=True)
         if gear.coupling_stiffness
     ]
-    sections = zip(body.lengths, body.diameters, body.bores, strict=True)
-    return Rotor(
-        name=shaft_name(gear_set, shaft),
-        sections=tuple(
-            Section(length=length, diameter=diameter, bore=bore)
-            for length, diameter, bore in sections
-        ),
+    bare = shaft_rotor(gear_set, shaft, body)
+    return replace(
+        bare,
         disks=(*wheels, *disks),
-        bearings=tuple(bearings),
-        young_modulus=body.young_modulus,
-        shear_modulus=0.5 * body.young_modulus / (1.0 + body.poisson_ratio),
-        density=body.density,
+        bearings=(*bare.bearings, *springs),
         speed_ratio=float(train.speeds[shaft.gears[0]]),
     )
 

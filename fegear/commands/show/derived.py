@@ -73,10 +73,13 @@ def _body_figures(body: ShaftBody | None) -> dict[str, Any]:
         0.25 * math.pi * length * (diameter**2 - bore**2)
         for length, diameter, bore in sections
     )
+    axial = [bearing.axial_stiffness for bearing in body.bearings]
+    is_stated = any(stiffness is not None for stiffness in axial)
     return {
         "length_mm": 1e3 * math.fsum(body.lengths),
         "mass_kg": body.density * volume,
         "bearings": len(body.bearings),
+        **({"bearing_kz_N_per_m": axial} if is_stated else {}),
     }
 
 

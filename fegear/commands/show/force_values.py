@@ -25,7 +25,9 @@ TITLE = (
 REACTIONS_TITLE = (
     "Forces of bearings on shafts, without weight and with pure torques at their ends:"
 )
-NOT_DETERMINED = "statics needs two bearings at different positions"
+NOT_DETERMINED = (
+    "statics needs two bearings at different positions, without tilt stiffness"
+)
 ROUND_OFF_RTOL = 1e-9  # of a sum of forces that cancel
 
 

@@ -252,6 +252,7 @@ def shaft_line(
     length_mm: float | None = None,
     mass_kg: float | None = None,
     bearings: int = 0,
+    bearing_kz_N_per_m: Sequence[float] = (),
 ) -> str:
     """Rigid shaft: a, b; or its stiffness between successive gears; and its body."""
     line = f"Rigid shaft: {', '.join(gears)}"
@@ -265,7 +266,10 @@ def shaft_line(
     if length_mm is None or mass_kg is None:
         return line
     body = f"{shown_value(length_mm)} mm long, {shown_value(mass_kg)} kg"
-    return f"{line}; {body}, {pluralize(bearings, 'bearing')}"
+    line = f"{line}; {body}, {pluralize(bearings, 'bearing')}"
+    if not bearing_kz_N_per_m:
+        return line
+    return f"{line} with {shown_value(list(bearing_kz_N_per_m))} N/m along the axis"
 
 
 def _figures_table(

@@ -357,6 +357,7 @@ SHAFT_VALUES: Tables = {
     "bearing_ky_N_per_m": [7e7, 3e7],
     "bearing_kxy_N_per_m": [2e6, 1e6],
     "bearing_kyx_N_per_m": [-2e6, -1e6],
+    "bearing_tilt_stiffness_Nm_per_rad": [4e3, 1e3],
     "bearing_cx_Ns_per_m": [300.0, 50.0],
     "bearing_cy_Ns_per_m": [300.0, 50.0],
     "disk_positions_mm": [175.0],
@@ -365,7 +366,8 @@ SHAFT_VALUES: Tables = {
     "disk_transverse_inertias_kg_m2": [2e-4],
 }
 SHAFT_KEYS = {
-    name: Key(value, (CAMPBELL,), BENT) for name, value in SHAFT_VALUES.items()
+    **{name: Key(value, (CAMPBELL,), BENT) for name, value in SHAFT_VALUES.items()},
+    "bearing_kz_N_per_m": Key([0.0, 3e7], (SHOWN,), BENT),
 }
 LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}
 SHIFTED = PAIR | {

@@ -317,6 +317,12 @@ def test_other_bearings_are_not_determined_by_statics(positions, tmp_path, capsy
     assert "- b, c: statics needs two bearings" in capsys.readouterr().out
 
 
+def test_bearings_that_resist_tilting_are_not_determined_by_statics():
+    tables = counter_shaft()
+    tables["shaft"][0]["bearing_tilt_stiffness_Nm_per_rad"] = [0.0, 1e3]
+    assert force_figures(make_gear_set(tables))["shaft_reactions"] == []
+
+
 def test_without_loads_there_are_no_forces():
     tables = copy.deepcopy(counter_shaft())
     del tables["load"]

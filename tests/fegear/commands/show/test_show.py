@@ -74,6 +74,13 @@ def test_show_prints_a_shaft_with_its_stiffness():
     assert line == "Shaft: a, b, 500000 N m/rad between successive gears"
 
 
+def test_show_prints_which_bearings_of_a_shaft_float():
+    line = shaft_line(("a",), None, 100.0, 2.0, 2, [1e8, 0.0])
+    assert line == (
+        "Shaft: a; 100 mm long, 2 kg, 2 bearings with 1e+08, 0 N/m along the axis"
+    )
+
+
 def test_show_prints_markup_as_it_stands(tmp_path):
     path = tmp_path / "set.toml"
     path.write_text(
