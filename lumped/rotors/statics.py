@@ -212,12 +212,17 @@ def shaft_statics(
     _require_held(rotor, stiffness, at_bearings @ rigid)
     reactions, motion = _reactions(flexibility, rigid, at_bearings, stiffness)
     carried = np.eye(len(rigid)) + at_bearings.T @ reactions
+    compliance = flexibility @ carried + rigid @ motion
+    if (
+        stiffness == stiffness.T
+    ).all():  # displacements are reciprocal, to the last bit
+        compliance = 0.5 * (compliance + compliance.T)
     return ShaftStatics(
         rotor=rotor,
         nodes=nodes,
         places=tuple(places),
         has_thrust_path=has_thrust_path,
-        node_compliance=flexibility @ carried + rigid @ motion,
+        node_compliance=compliance,
         reaction_matrix=reactions,
     )
 
