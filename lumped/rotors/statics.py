@@ -213,9 +213,7 @@ def shaft_statics(
     reactions, motion = _reactions(flexibility, rigid, at_bearings, stiffness)
     carried = np.eye(len(rigid)) + at_bearings.T @ reactions
     compliance = flexibility @ carried + rigid @ motion
-    if (
-        stiffness == stiffness.T
-    ).all():  # displacements are reciprocal, to the last bit
+    if (stiffness == stiffness.T).all():  # displacements are reciprocal
         compliance = 0.5 * (compliance + compliance.T)
     return ShaftStatics(
         rotor=rotor,
