@@ -347,6 +347,24 @@ def joined_cycles(cycles: Sequence[ContactCycle]) -> ContactCycle:
     return replace(joined, position=position, face=face)
 
 
+def joined_torques(cycles: Sequence[ContactCycle]) -> ContactCycle:
+    """Cycles at torques that follow each other as one, of the same positions."""
+    face = _along_torques([cycle.face for cycle in cycles])
+    torque = np.concatenate([cycle.torque for cycle in cycles])
+    return replace(_along_torques(cycles), torque=torque, face=face)
+
+
+def _along_torques(parts: Sequence[Values]) -> Values:
+    changed: dict[str, Any] = {
+        name: np.concatenate(
+            [getattr(part, name) for part in parts], axis=over.axis("t")
+        )
+        for name, over in DECLARED[type(parts[0])].items()
+        if over.axis("t") is not None
+    }
+    return replace(parts[0], **changed)
+
+
 def _joined(
     parts: Sequence[Values], columns: Sequence[Indices], teeth: Indices
 ) -> Values:

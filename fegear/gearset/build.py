@@ -200,11 +200,13 @@ def _build_mesh(
     )
     width, mate_width = (document.gear[i].face_width_mm for i in (driver, driven))
     widths = width * MM, mate_width * MM
+    flanks = _flanks_by_field(entry, pair, widths, folder)
     return Mesh(
         driver=driver,
         driven=driven,
         pair=pair,
-        **_flanks_by_field(entry, pair, widths, folder),
+        driver_flank=flanks["driver_flank"],
+        driven_flank=flanks["driven_flank"],
         torques=torques,
         phase=_phase(entry, is_first_mesh=number == 0),
         center_line=_center_line(entry),

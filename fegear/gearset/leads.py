@@ -135,6 +135,8 @@ def _variation(mesh: Mesh) -> str:
         return "have an axial offset"
     if mesh.misalignment:
         return "are misaligned"
+    if mesh.on_shafts:
+        return "are on shafts that yield"
     if not any(flank.varies_over_width for flank in mesh.flanks):
         return "have damage off the middle of the face width"
     has_lead = any(flank.lead is not None for flank in mesh.flanks)

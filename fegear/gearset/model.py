@@ -101,6 +101,7 @@ class Mesh(ShortRepr):
     offset : middle of the driven gear's width from the driver's, along the axis [m]
     has_uneven_damage : whether a spall off the middle or a broken corner of either gear
         makes loads vary over the face width
+    on_shafts : whether shafts and bearings of a gear yield under the forces of teeth
     mean_stiffness : over the mesh cycle, for analytic stiffness waves [N/m]
     stiffness_variation : peak to peak over the mean
     load_share : of a pair at the start of double contact
@@ -115,6 +116,7 @@ class Mesh(ShortRepr):
     misalignment: float = 0.0
     offset: float = 0.0
     has_uneven_damage: bool = False
+    on_shafts: bool = False
     torques: tuple[float, ...] = ()
     phase: float | None = None
     center_line: float | None = None
@@ -142,7 +144,7 @@ class Mesh(ShortRepr):
         """Whether teeth carry different loads along the face width."""
         has_gap = any(flank.varies_over_width for flank in self.flanks)
         is_aligned = self.offset == 0.0 and self.misalignment == 0.0
-        is_even = is_aligned and not self.has_uneven_damage
+        is_even = is_aligned and not self.has_uneven_damage and not self.on_shafts
         return self.is_helical or has_gap or not is_even
 
     @property

@@ -29,6 +29,7 @@ from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.phases import rolling_senses
 from fegear.gearset.pitch_errors import mesh_errors
 from fegear.gearset.schema import mesh_label
+from fegear.statics.axes import yielding_axes
 from fegear.statics.mesh_faults import faulty_sides
 from fegear.statics.settings import RESOLUTIONS, Resolution, StaticsSettings
 from lumped.common.progress import Progress, silent
@@ -158,10 +159,12 @@ def _along_width(
     else:
         solver = _along_helix(gear_set, mesh, resolution, wide)
     # the solver's driver turns counter-clockwise
-    turns_back = rolling_senses(gear_set)[spec.driver] < 0
-    return _Elasticity(
-        materials, compliances, solver.mirrored if turns_back else solver
-    )
+    if rolling_senses(gear_set)[spec.driver] < 0:
+        solver = solver.mirrored
+    if spec.on_shafts:
+        supports = yielding_axes(gear_set).supports(gear_set, mesh)
+        solver = replace(solver, supports=supports)
+    return _Elasticity(materials, compliances, solver)
 
 
 def _along_helix(

@@ -75,6 +75,7 @@ class ExcitationSettings(ShortRepr):
             resolution=self.resolution,
             plane=self.plane,
             corner_contact=self.corner_contact,
+            shafts="off",  # gears that move have coordinates of their own
             estimate_error=False,
             root_stress=False,
         )

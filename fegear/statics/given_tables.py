@@ -17,6 +17,7 @@ from fegear.gearset.pitch_errors import pair_periods, tooth_pair_errors
 from fegear.gearset.planes import Plane
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.unmodified import has_faults
+from fegear.gearset.yielding import SHAFTS, YIELD
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.mesh_table_files import read_mesh_table
 from lumped.common.checks import require_fields
@@ -53,8 +54,8 @@ class GivenTables(ShortRepr):
         planes = {table.header.get("plane") for _, table in self.tables}
         for plane in get_args(Plane):
             if planes == {plane}:
-                return StaticsSettings(plane=plane)
-        return StaticsSettings()
+                return StaticsSettings(plane=plane, shafts="off")
+        return StaticsSettings(shafts="off")
 
     def mesh_excitation(
         self, gear_set: GearSet, mesh: int, torque: float, model: int
@@ -90,6 +91,12 @@ def given_table_warnings(
                 f"{on_driver:.4g} N m on the driver, beyond a factor of "
                 f"{MAX_TORQUE_RATIO:g}; stiffness and contact of teeth follow the "
                 "torque, a table of several torques is interpolated",
+            )
+        if SHAFTS in table.header:
+            yield with_code(
+                "W67",
+                f"{name}: a mesh table with {SHAFTS} that {YIELD}, for gears that only "
+                "rotate; those that also move in their plane have them twice",
             )
         friction = _friction_of(table)
         if friction:

@@ -21,6 +21,7 @@ from fegear.contact.solve import coupling_of_pairs
 from fegear.files.version import package_version
 from fegear.gearset.leads import width_gap
 from fegear.gearset.model import GearSet
+from fegear.gearset.yielding import SHAFTS, YIELD
 from fegear.statics.mesh_result import ErrorEstimate, largest_errors, teeth_text
 from fegear.statics.root_stress import RootStresses
 from fegear.statics.settings import BODIES, CORNERS, StaticsSettings
@@ -155,6 +156,7 @@ def table_header(
         "friction coefficient": format_exact(settings.friction),
         "corner contact": CORNERS[settings.corner_contact],
         "body": BODIES[settings.body],
+        **({SHAFTS: YIELD} if spec.on_shafts else {}),
         "pairs ahead of the reference pair [base pitches]": pairs,
         "position": "base pitches past the pitch point of the reference pair",
         "units": "in column names; torque is on the driver; transmission errors are "

@@ -9,6 +9,7 @@ from fegear.elasticity.material import PlaneMaterial
 from fegear.elasticity.sector import CyclicSector, cyclic_sector
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.planes import Plane, SectionPlane
+from fegear.gearset.yielding import on_shafts
 from fegear.statics.choices import PLANE, RESOLUTION
 from lumped.common.checks import require_fields
 from lumped.common.options import Range, documented, option
@@ -86,6 +87,11 @@ class StaticsSettings(ShortRepr):
         "Support of the gear bodies. held: at their hubs; free: by their inertia "
         "alone, which gives the compliance of gears that vibrate.",
     )
+    shafts: Literal["on", "off"] | None = option(
+        None,
+        "Whether shafts with lengths_mm and bearings yield under the forces of teeth. "
+        "[default: on, off in plane stress and plane strain and with free bodies]",
+    )
     estimate_error: bool = option(
         True, "Whether the discretisation error is estimated on a coarser mesh."
     )
@@ -100,6 +106,28 @@ class StaticsSettings(ShortRepr):
     def size(self) -> MeshSize:
         """Size of the sector mesh, for everything that is solved on it."""
         return RESOLUTIONS[self.resolution].size
+
+    def on_shafts(self, gear_set: GearSet) -> GearSet:
+        """Gear set whose shafts and bearings yield, if they do.
+
+        Parameters
+        ----------
+        gear_set : fegear.gearset.model.GearSet
+            Gear set with shafts or without.
+
+        Returns
+        -------
+        fegear.gearset.model.GearSet
+            The same where shafts are left out or not described.
+
+        Raises
+        ------
+        InputError
+            If no bearing takes the thrust of helical gears, or one is double helical.
+        """
+        is_solid = self.plane_of(gear_set) == "width" and self.body == "held"
+        yields = is_solid if self.shafts is None else self.shafts == "on"
+        return on_shafts(gear_set) if yields else gear_set
 
     def plane_of(self, gears: Gear | GearSet) -> Plane:
         """State of the finite elements of a gear, or of those of a set.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from fegear.boundary import mesh_index, public, require_torque
 from fegear.contact.problem import ContactProblem
-from fegear.contact.result import ContactCycle, joined_cycles
+from fegear.contact.result import ContactCycle, joined_cycles, joined_torques
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.cache import cached_root_influence, cached_wide_root
@@ -21,6 +21,7 @@ from fegear.files.timing import recorded_stages, stage
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import pair_periods
 from fegear.statics.contact_problem import contact_problem, require_solvable
+from fegear.statics.machine import problems_at_torques, with_supports_of
 from fegear.statics.mesh_result import ErrorEstimate, StaticsResult, error_estimate
 from fegear.statics.mesh_table import (
     mesh_name,
@@ -93,7 +94,9 @@ def solve_mesh(
     """
     index = mesh_index(gear_set, mesh)
     torques = _torques_to_solve(torques_on_driver, gear_set.meshes[index].torques)
-    return mesh_statics(gear_set, index, torques, settings, progress)
+    settings = settings or StaticsSettings()
+    on_shafts = settings.on_shafts(gear_set)
+    return mesh_statics(on_shafts, index, torques, settings, progress)
 
 
 def mesh_statics(
@@ -113,13 +116,16 @@ def mesh_statics(
         gear_set, mesh, pitches, settings.positions * driver_torques.size
     )
     with recorded_stages() as seconds:
-        problem = contact_problem(gear_set, mesh, settings, report)
+        problems = problems_at_torques(gear_set, mesh, settings, driver_torques, report)
+        problem = problems[0]
         positions_and_pitches = _positions_and_pitches(settings.positions, pitches)
-        cycle = _solve_in_chunks(problem, driver_torques, positions_and_pitches, report)
+        cycle = _solve_problems(problems, driver_torques, positions_and_pitches, report)
         stresses = _root_stresses(gear_set, mesh, settings, problem, cycle)
         errors: tuple[ErrorEstimate, ...] = ()
         if settings.estimate_error:
-            errors = _estimate_errors(gear_set, mesh, settings, cycle, stresses, report)
+            errors = _estimate_errors(
+                gear_set, mesh, settings, problems, cycle, stresses, report
+            )
     columns = table_columns(problem, cycle, stresses)
     header = table_header(gear_set, mesh, settings, cycle, errors)
     if pitches > 1:
@@ -176,6 +182,22 @@ def _positions_and_pitches(
     """Positions in their base pitch, and the base pitch of each."""
     position = np.tile(np.arange(positions) / positions, pitches)
     return position, np.repeat(np.arange(pitches), positions)
+
+
+def _solve_problems(
+    problems: Sequence[ContactProblem],
+    torques: Array,
+    positions_and_pitches: tuple[Array, NDArray[np.int64]],
+    report: Progress,
+) -> ContactCycle:
+    """Solve one problem at all torques, or one for each."""
+    solved = [
+        _solve_in_chunks(problem, of_problem, positions_and_pitches, report)
+        for problem, of_problem in zip(
+            problems, np.split(torques, len(problems)), strict=True
+        )
+    ]
+    return solved[0] if len(solved) == 1 else joined_torques(solved)
 
 
 def _solve_in_chunks(
@@ -248,17 +270,22 @@ def _estimate_errors(
     gear_set: GearSet,
     mesh: int,
     settings: StaticsSettings,
+    problems: Sequence[ContactProblem],
     cycle: ContactCycle,
     stresses: RootStresses | None,
     report: Progress,
 ) -> tuple[ErrorEstimate, ...]:
-    """Compare every torque with the coarsened resolution."""
+    """Compare every torque with the coarsened resolution.
+
+    problems : that were solved, one for all torques or one for each
+    """
     coarser_resolution = RESOLUTIONS[settings.resolution].coarsened()
     problem = contact_problem(gear_set, mesh, settings, report, coarser_resolution)
+    coarser = [with_supports_of(problem, finer) for finer in problems]
     pitch = np.floor(cycle.position[:MAX_COMPARED]).astype(np.int64)
     with stage("solving"):
         position = cycle.position[:MAX_COMPARED] - pitch
-        coarse_cycle = solve_cycle(problem, cycle.torque, position, pitch)
+        coarse_cycle = _solve_problems(coarser, cycle.torque, (position, pitch), silent)
     coarse_stresses = _root_stresses(
         gear_set, mesh, settings, problem, coarse_cycle, coarser_resolution.size
     )

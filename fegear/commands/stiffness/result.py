@@ -19,6 +19,7 @@ from fegear.files.codes import with_code
 from fegear.files.memory import peak_memory_MB
 from fegear.gearset.helix import hand
 from fegear.gearset.planes import plane_in_words
+from fegear.gearset.yielding import SHAFTS, YIELD
 from fegear.statics.harmonics import Harmonic
 from fegear.statics.mesh_result import StaticsResult, discretisation
 from fegear.statics.settings import CORNERS
@@ -180,6 +181,7 @@ class StiffnessResult(StudyResult):
             "resolution": elements.resolution,
             "corner_contact": CORNERS[elements.corner_contact],
             "friction_coefficient": elements.friction,
+            "shafts_yield": SHAFTS in solved.table.header,
             "face_width_mm": 1e3 * solved.problem.face_width,
             "contact_ratio": solved.problem.pair.contact_ratio,
             "positions": int(solved.table.position.size),
@@ -336,9 +338,10 @@ class StiffnessResult(StudyResult):
                 "face width {face_width_mm:g} mm",
             )
         )
-        return (
-            f"{head}{self._helix_text}\n{plane_in_words(self.summary['plane'])}, {end}"
-        )
+        plane = plane_in_words(self.summary["plane"])
+        if self.summary["shafts_yield"]:
+            plane += " on shafts that yield"
+        return f"{head}{self._helix_text}\n{plane}, {end}"
 
     @property
     def _helix_text(self) -> str:
@@ -375,6 +378,8 @@ class StiffnessResult(StudyResult):
         overlap = values["torques"][0].get("overlap_ratio")
         ratio = f"contact ratio {values['contact_ratio']:.4f}"
         yield f"{ratio}, overlap ratio {overlap:.4f}" if overlap else ratio
+        if values["shafts_yield"]:
+            yield f"{SHAFTS} {YIELD}, which is in all values; --shafts off holds them"
         if values["base_pitches"] > 1:
             yield (
                 f"with {'pitch errors' if self.healthy is None else 'faults'}, tooth "

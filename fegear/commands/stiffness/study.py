@@ -34,7 +34,8 @@ from lumped.common.options import Range
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
     exposed=expose(
-        *("positions", "friction", "plane", "resolution", "body", "corner_contact")
+        *("positions", "friction", "plane", "resolution", "body", "corner_contact"),
+        "shafts",
     ),
 )
 MIN_POSITIONS = 2
@@ -100,7 +101,7 @@ class MeshStiffness(
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
-        return self.gear_set.loaded
+        return self.elements.on_shafts(self.gear_set.loaded)
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if "cracks" in outputs and not any(g.faults.cracks for g in self.gears.gears):

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from fegear.contact.plane.kernels.patches import CORNER_WIDTH, MIN_CORNER_WIDTH
 from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.supports import unit_wrenches
 from fegear.elasticity.flank import MAX_TOOTH_OFFSET
 from fegear.elasticity.flank_grid import flank_stencils
 from fegear.elasticity.line_kernel import LineKernel
@@ -163,7 +164,30 @@ class FaceCompliance:
                 total += np.where(offset == value, part, 0.0)
             images = self._images(gear, flank, parts)
             total += np.where(offset == 0, images, 0.0)
+        if self.face.supports is not None:
+            total += self.face.supports.compliance_between(self.unit_wrenches(parts))
         return 0.5 * (total + total.T)
+
+    def unit_wrenches(self, parts: LineParts) -> tuple[Array, Array]:
+        """See `fegear.contact.width.supports.unit_wrenches`."""
+        helix = self.face.driver.kernel.base_helix_angle
+        driver, driven = (parts.place + offset for offset in self.face.offsets)
+        return unit_wrenches(self.gears, helix, parts.arcs, (driver, driven))
+
+    def moved_away(self, parts: LineParts, load: Array) -> Array | None:
+        """Gap along the normal (p,) that axes open which yield under forces (p,) [m].
+
+        None where axes are held.
+        """
+        if self.face.supports is None:
+            return None
+        return self.face.supports.opened_by(self.unit_wrenches(parts), load)
+
+    def support_gap(self, parts: LineParts) -> Array:
+        """Gap along the normal that loads elsewhere open, over torque (p,) [1/N]."""
+        if self.face.supports is None:
+            return np.zeros(parts.place.size)
+        return self.face.supports.gap(self.unit_wrenches(parts))
 
     def rootward(self, parts: LineParts) -> Array:
         """Displacement (p, p) of lines toward the roots under their own forces [m/N].

@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from fegear.contact.width.supports import AxisSupports
 from fegear.elasticity.wide_flank import WideFlank
 from fegear.gearset.modifications import FlankLead
 from lumped.common.array_types import Array
@@ -23,6 +24,7 @@ class WidthContact(ShortRepr):
     offsets : middle of the common width from the middle of either gear [m]
     gap, back_gap : (slices,) along the line of action that belongs to neither gear, of
         drive flanks and of back flanks [m]
+    supports : axes that yield; none for axes that are held
     far : the far half, where this is the near half of double helical gears
     groove : between both [m]
     """
@@ -35,6 +37,7 @@ class WidthContact(ShortRepr):
     gap: Array
     back_gap: Array
     offsets: tuple[float, float] = (0.0, 0.0)
+    supports: AxisSupports | None = None
     far: WidthContact | None = None
     groove: float = 0.0
 
@@ -102,6 +105,8 @@ class WidthContact(ShortRepr):
     @property
     def of_back_flanks(self) -> WidthContact:
         """The contact of the other flanks, in that mirror."""
+        if self.supports is not None:
+            raise ValueError("axes that yield are those of drive flanks")
         return replace(
             self.mirrored,
             gap=self.back_gap,

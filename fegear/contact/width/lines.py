@@ -22,6 +22,7 @@ from fegear.contact.width.damage import (
     damaged_pairs,
     place_parts,
 )
+from fegear.contact.width.supports import roll_lengths
 from lumped.common.array_types import Array, Indices
 from meshes import SpurGear
 
@@ -147,6 +148,33 @@ class FaceSolver:
         is_there = np.isfinite(lines.gap)
         return replace(lines, gap=lines.gap + gap / np.where(is_there, closing, 1.0))
 
+    @property
+    def is_moved_by_torque(self) -> bool:
+        """Whether loads elsewhere move the axes, in proportion to the torque."""
+        supports = self.face.supports
+        return supports is not None and supports.are_moved
+
+    def moved(
+        self, lines: Sequence[LinesOfContact], torque: float
+    ) -> tuple[list[LinesOfContact], float]:
+        """Lines with gaps as loads elsewhere leave them, counted from the least one.
+
+        lines : of the same parts, the least gap is that of the first
+        torque : on the driver [N m]
+
+        Returns the lines, and the least gap [m].
+        """
+        changed = list(lines)
+        if self.is_moved_by_torque:
+            changed = [self._loaded_elsewhere(one, torque) for one in lines]
+        first = float(changed[0].gap.min())
+        return [replace(one, gap=one.gap - first) for one in changed], first
+
+    def _loaded_elsewhere(self, lines: LinesOfContact, torque: float) -> LinesOfContact:
+        closing = np.where(np.isfinite(lines.gap), lines.closing, 1.0)
+        gap = torque * self.compliance.support_gap(lines.parts) / closing
+        return replace(lines, gap=lines.gap + gap)
+
     def _gap_at(self, place: Array) -> Array:
         """Gap of misaligned axes and leads (p,) along the line of action [m].
 
@@ -166,9 +194,8 @@ class FaceSolver:
         )
         for gear, topography, offset, arc in of_gears:
             if topography is not None:
-                squared = gear.tip_roll_length**2 - 2.0 * gear.base_radius * arc
-                roll_length = gear.sign * np.sqrt(np.maximum(squared, 0.0))
-                depth += topography.depth(roll_length, parts.place + offset)
+                rolls = roll_lengths(gear, arc)
+                depth += topography.depth(rolls, parts.place + offset)
         return depth
 
     def _parts_of_slices(

@@ -203,6 +203,20 @@ class Slices:
         residual = self._residual(solved, size, touches)
         return replace(solved, rate=rate, torque_slope=float(slope), residual=residual)
 
+    def reach(self, solved: SliceLoads) -> float:
+        """Largest gap of a part that may touch [m].
+
+        Teeth give way under load, so that it is the transmission error where axes are
+        held; axes that tilt bring parts together elsewhere.
+        """
+        lines = self.lines
+        away = self.compliance.moved_away(lines.parts, self.spread(solved.load))
+        if away is None:
+            return solved.ste
+        closing = np.where(np.isfinite(lines.gap), lines.closing, 1.0)
+        may_touch = lines.gap < solved.ste - away / closing
+        return float(lines.gap[may_touch].max(initial=solved.ste))
+
     def slopes_of(
         self,
         solved: SliceLoads,

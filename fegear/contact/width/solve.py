@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -29,7 +28,7 @@ from lumped.common.workers import require_running
 
 FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
 SHORTEST = 1e-30  # line of contact [m] in place of none
-LIMIT_GROWTH = 1.5
+LIMIT_GROWTH = 1.001  # for what other torques and round-off change
 
 
 def solve_over_width(
@@ -75,26 +74,28 @@ def solve_over_width(
         no_load = float(lines.gap.min())
         if not math.isfinite(no_load):
             raise ContactFailure(f"no flanks face each other at position {position:g}")
-        # from there on, so that round-off is that of the deflection
-        lines, *lines_of_changes = (
-            replace(one, gap=one.gap - no_load) for one in (lines, *lines_of_changes)
-        )
         per_width = torques.max() / problem.pair.driver_arm / face.width
         limit = FIRST_GUESS * per_width * softness
-        start = None
-        slices = touching_slices(solver.compliance, lines, teeth, limit)
+        start = slices = None
         for t in order:
             torque = float(torques[t])
-            size = solver.contact_size(torque, lines)
+            if slices is None or solver.is_moved_by_torque:
+                # gaps count from the first, so that round-off is that of the deflection
+                loaded, first = solver.moved([lines, *lines_of_changes], torque)
+                at_torque, *changed = loaded
+                slices = touching_slices(solver.compliance, at_torque, teeth, limit)
+                start = None
+            size = solver.contact_size(torque, at_torque)
             solved = slices.solve(torque, size, start)
-            while solved.ste > limit:
-                limit *= LIMIT_GROWTH
-                slices = touching_slices(solver.compliance, lines, teeth, limit)
+            while (reach := slices.reach(solved)) > limit:
+                # no part with a larger gap is in contact
+                limit = LIMIT_GROWTH * reach
+                slices = touching_slices(solver.compliance, at_torque, teeth, limit)
                 solved = slices.solve(torque, size)
             start = np.maximum(solved.load, 0.0)
-            _store(cycle, (int(t), n), slices, solved, no_load)
+            _store(cycle, (int(t), n), slices, solved, (no_load, first))
             if changes:
-                by_change = slices.slopes_of(solved, lines_of_changes, changes)
+                by_change = slices.slopes_of(solved, changed, changes)
                 _store_slopes(cycle, (int(t), n), slices, changes, by_change)
     return cycle
 
@@ -138,9 +139,12 @@ def _store(
     at: tuple[int, int],
     slices: Slices,
     solved: SliceLoads,
-    no_load: float,
+    errors: tuple[float, float],
 ) -> None:
-    """Fill in what was solved at a torque and a position, by their indices."""
+    """Fill in what was solved at a torque and a position, by their indices.
+
+    errors : transmission errors [m] without load, and from which gaps count
+    """
     face, lines, n = cycle.face, slices.lines, at[1]
     parts, compliance = lines.parts, slices.compliance
     cosine = compliance.helix_cosine
@@ -150,12 +154,13 @@ def _store(
     def by_pair(values: Array) -> Array:
         return np.bincount(parts.pair, values, count).astype(float)
 
-    cycle.ste[at], cycle.no_load[at] = no_load + solved.ste, no_load
+    no_load, origin = errors
+    cycle.ste[at], cycle.no_load[at] = origin + solved.ste, no_load
     cycle.local_stiffness[at] = solved.torque_slope / cycle.base_radius
     cycle.residual[at] = solved.residual
     normal = by_pair(force)
     cycle.load[at], cycle.load_slope[at] = cosine * normal, cosine * by_pair(rate)
-    np.minimum.at(cycle.gap[at], parts.pair, no_load + lines.gap)
+    np.minimum.at(cycle.gap[at], parts.pair, origin + lines.gap)
     carries = normal > 0.0
     # of a pair without load that of the part that closes first
     first = np.zeros(force.size)

@@ -1,0 +1,58 @@
+"""Gear sets whose shafts and bearings yield under the forces of their teeth."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from fegear.files.errors import InputError
+from fegear.gearset.axial_forces import axial_force_on_driver
+from fegear.gearset.leads import require_one_helix
+from fegear.gearset.model import GearSet, Shaft
+
+# entry of a table's header
+SHAFTS, YIELD = "shafts and bearings", "yield under the forces of teeth"
+LEAVE_OUT = "or shafts left out, shafts = off"
+
+
+def on_shafts(gear_set: GearSet) -> GearSet:
+    """The gear set on its shafts that yield, the same where none is described.
+
+    Loads of meshes with a gear on such a shaft vary over the face width. Raises
+    InputError for double helical gears, and for thrust that no bearing takes.
+    """
+    gears = {gear for _, shaft in yielding_shafts(gear_set) for gear in shaft.gears}
+    if not gears:
+        return gear_set
+    require_one_helix(gear_set, "shafts that yield, left out by shafts = off,")
+    meshes = tuple(
+        replace(mesh, on_shafts=bool(gears.intersection(mesh.gears)))
+        for mesh in gear_set.meshes
+    )
+    _require_thrust_paths(gear_set)
+    return replace(gear_set, meshes=meshes)
+
+
+def yielding_shafts(gear_set: GearSet) -> Iterator[tuple[int, Shaft]]:
+    """Shafts with sections and bearings, and their indices."""
+    for index, shaft in enumerate(gear_set.shafts):
+        if shaft.body is not None and shaft.body.bearings:
+            yield index, shaft
+
+
+def _require_thrust_paths(gear_set: GearSet) -> None:
+    """Require a bearing that holds every helical gear along its axis."""
+    for index, shaft in yielding_shafts(gear_set):
+        if shaft.body is None or any(b.axial_stiffness for b in shaft.body.bearings):
+            continue
+        for number, mesh in enumerate(gear_set.meshes):
+            gears = set(shaft.gears).intersection(mesh.gears)
+            if gears and axial_force_on_driver(gear_set, number, 1.0):
+                name = gear_set.gears[min(gears)].name
+                stiffnesses = [b.axial_stiffness for b in shaft.body.bearings]
+                state = "is missing" if None in stiffnesses else "is 0 at all of them"
+                raise InputError(
+                    f"{gear_set.name}: shaft {index + 1}: bearing_kz_N_per_m {state}, "
+                    f'and gear "{name}" pushes along the axis; a bearing must take '
+                    f"the thrust, {LEAVE_OUT}"
+                )

@@ -1,0 +1,202 @@
+"""A gear set at rest on shafts that yield, whose meshes load each other's gears.
+
+Forces of a mesh move the gears of other meshes on the same shafts. Each mesh is solved
+with the axes moved by the mean loads of all others, over its cycle, and the loads are
+exchanged until they are the ones of all meshes. What is left out is how the loads of
+the others wander while their teeth pass: meshes of different frequency meet in all
+positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from fegear.contact.problem import ContactFailure, ContactProblem
+from fegear.contact.result import ContactCycle
+from fegear.contact.solve import solve_cycle
+from fegear.contact.width.contact import WidthContact
+from fegear.contact.width.supports import MOTIONS, unit_wrenches
+from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import mesh_torques_at
+from fegear.gearset.yielding import yielding_shafts
+from fegear.statics.axes import YieldingAxes, yielding_axes
+from fegear.statics.contact_problem import contact_problem
+from fegear.statics.settings import StaticsSettings
+from lumped.common.array_types import Array
+from lumped.common.progress import Progress, silent
+
+POSITIONS = 16  # of a cycle, over which loads are exchanged
+LOAD_RTOL = 1e-10  # change of a load over the largest, at which they agree
+MAX_EXCHANGES = 60
+
+
+@dataclass(frozen=True, eq=False)
+class MachineAtRest:
+    """Contact of all meshes at a torque on the input gear.
+
+    torque : on the input gear [N m]
+    problems : of all meshes, with what moves their axes
+    cycles : contact over a cycle, None of a mesh without torque
+    loads : (meshes, 2, 5) mean loads on driver and driven gear, along the push, the
+        normal and the axis, and the moments that turn the axis toward both
+    exchanges : how often loads were exchanged
+    """
+
+    gear_set: GearSet
+    axes: YieldingAxes
+    torque: float
+    problems: tuple[ContactProblem, ...]
+    cycles: tuple[ContactCycle | None, ...]
+    loads: Array
+    exchanges: int
+
+    @cached_property
+    def loads_on_gears(self) -> Array:
+        """Sum of the loads (g, 5) on every gear, along x, y and z."""
+        total = np.zeros((len(self.gear_set.gears), MOTIONS))
+        for frame, spec, loads in zip(
+            self.axes.frames, self.gear_set.meshes, self.loads, strict=True
+        ):
+            for gear, load in zip(spec.gears, loads, strict=True):
+                total[gear] += frame.T @ load
+        return total
+
+    @cached_property
+    def motions(self) -> Array:
+        """Motions (g, 5) of the axes in the middle of every gear [m and rad]."""
+        return np.einsum("gihj,hj->gi", self.axes.compliance, self.loads_on_gears)
+
+
+def machine_at_rest(
+    gear_set: GearSet,
+    torque: float,
+    settings: StaticsSettings,
+    report: Progress = silent,
+) -> MachineAtRest:
+    """Solve all meshes at a torque on the input gear [N m].
+
+    gear_set : on its shafts, see `fegear.gearset.yielding.on_shafts`
+    """
+    axes, torques = yielding_axes(gear_set), mesh_torques_at(gear_set, torque)
+    problems = [
+        contact_problem(gear_set, mesh, settings, report)
+        for mesh in range(len(torques))
+    ]
+    loads = np.zeros((len(torques), 2, MOTIONS))
+    is_coupled = axes_are_coupled(gear_set)
+    places = np.arange(POSITIONS) / POSITIONS
+    for exchange in range(1, MAX_EXCHANGES + 1):
+        report("loads of shafts", exchange - 1, MAX_EXCHANGES)
+        before = loads
+        problems = [
+            _supported(problem, axes, gear_set, mesh, before / mesh_torque)
+            if mesh_torque
+            else problem
+            for mesh, (problem, mesh_torque) in enumerate(
+                zip(problems, torques, strict=True)
+            )
+        ]
+        cycles = [
+            solve_cycle(problem, mesh_torque, places) if mesh_torque else None
+            for problem, mesh_torque in zip(problems, torques, strict=True)
+        ]
+        loads = np.array(
+            [
+                np.zeros((2, MOTIONS)) if cycle is None else mean_loads(problem, cycle)
+                for problem, cycle in zip(problems, cycles, strict=True)
+            ]
+        )
+        change = np.abs(loads - before).max(axis=(0, 1)) / _scale(loads)
+        if not is_coupled or change.max() < LOAD_RTOL:
+            report("loads of shafts", MAX_EXCHANGES, MAX_EXCHANGES)
+            return MachineAtRest(
+                gear_set, axes, torque, tuple(problems), tuple(cycles), loads, exchange
+            )
+    raise ContactFailure(
+        f"loads of meshes on common shafts change by {change.max():.2g} of the largest "
+        f"after {MAX_EXCHANGES} exchanges at torque {torque:g} N m"
+    )
+
+
+def _scale(loads: Array) -> Array:
+    """Largest forces and moments (5,), those without any left out of a comparison."""
+    largest = np.abs(loads).max(axis=(0, 1))
+    force, moment = largest[:3].max(), largest[3:].max()
+    return np.array([force] * 3 + [moment or 1.0] * 2)
+
+
+def _supported(
+    problem: ContactProblem,
+    axes: YieldingAxes,
+    gear_set: GearSet,
+    mesh: int,
+    loads: Array,
+) -> ContactProblem:
+    """The problem with its axes moved by the loads of other meshes."""
+    if not isinstance(problem.solver, WidthContact):
+        return problem
+    supports = axes.supports(gear_set, mesh, loads)
+    return replace(problem, solver=replace(problem.solver, supports=supports))
+
+
+def mean_loads(problem: ContactProblem, cycle: ContactCycle) -> Array:
+    """Loads (2, 5) on driver and driven gear, mean over the positions of a cycle."""
+    face, solver = cycle.face, problem.solver
+    offsets: Sequence[float] = (0.0, 0.0)
+    if isinstance(solver, WidthContact):
+        offsets = solver.offsets
+    force = face.load[0] * face.slice_length / cycle.position.size
+    arcs = face.arc[0].reshape(-1, 2)
+    place = np.broadcast_to(face.place, force.shape).ravel()
+    wrenches = unit_wrenches(
+        (problem.pair.driver, problem.pair.driven),
+        face.base_helix_angle,
+        arcs,
+        (place + offsets[0], place + offsets[1]),
+    )
+    return np.array([force.ravel() @ wrench for wrench in wrenches])
+
+
+def problems_at_torques(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    torques: Array,
+    report: Progress = silent,
+) -> list[ContactProblem]:
+    """Contact problem of a mesh at all torques on its driver (t,), or of each.
+
+    There is one of each where other meshes move its axes.
+    """
+    factor = mesh_torques_at(gear_set, 1.0)[mesh]
+    if not (gear_set.meshes[mesh].on_shafts and factor and axes_are_coupled(gear_set)):
+        return [contact_problem(gear_set, mesh, settings, report)]
+    return [
+        machine_at_rest(gear_set, torque / factor, settings, report).problems[mesh]
+        for torque in torques.tolist()
+    ]
+
+
+def with_supports_of(problem: ContactProblem, other: ContactProblem) -> ContactProblem:
+    """The problem with the axes of another one of the same mesh."""
+    if isinstance(problem.solver, WidthContact) and isinstance(
+        other.solver, WidthContact
+    ):
+        supports = other.solver.supports
+        return replace(problem, solver=replace(problem.solver, supports=supports))
+    return problem
+
+
+def axes_are_coupled(gear_set: GearSet) -> bool:
+    """Whether meshes load gears of others on shafts that yield."""
+    for _, shaft in yielding_shafts(gear_set):
+        on_shaft = [
+            set(shaft.gears).intersection(mesh.gears) for mesh in gear_set.meshes
+        ]
+        if sum(map(bool, on_shaft)) > 1:
+            return True
+    return False
