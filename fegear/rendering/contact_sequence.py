@@ -186,7 +186,8 @@ def mesh_title(gear_set: GearSet, mesh: int, statics: StaticsSettings) -> str:
     spec = gear_set.meshes[mesh]
     driver, driven = (gear_set.gears[i].name for i in (spec.driver, spec.driven))
     title = f"{gear_set.name}, mesh {mesh + 1}: {driver} drives {driven}"
-    return title + _settings_text(gear_set, statics)
+    shafts = " on shafts that yield" if spec.on_shafts else ""
+    return title + _settings_text(gear_set, statics) + shafts
 
 
 def _settings_text(gear_set: GearSet, statics: StaticsSettings) -> str:

@@ -25,7 +25,8 @@ from fegear.rendering.flank_surfaces import (
     gears_in_space,
 )
 from fegear.rendering.look import round_down_to_1_2_5
-from fegear.statics.contact_problem import contact_problem, require_solvable
+from fegear.statics.contact_problem import require_solvable
+from fegear.statics.machine import loaded_problem
 from fegear.statics.plausibility import plausibility_warnings
 from fegear.statics.root_stress import FilletTension, fillet_tension
 from fegear.statics.settings import StaticsSettings
@@ -69,7 +70,8 @@ class WidthSequence(ShortRepr):
     ) -> WidthMoments:
         """The contact at positions of the cycle [base pitches]."""
         statics = replace(self.statics, root_stress=self.with_root)  # it takes time
-        problem = contact_problem(self.gear_set, self.mesh, statics, report)
+        place = self.gear_set, self.mesh, statics
+        problem = loaded_problem(*place, self.torque, report)
         places = np.array(positions, float)
         pitch = np.floor(places).astype(np.int64)
         size, cycles = problem.solver.positions_at_once, []

@@ -87,7 +87,7 @@ def machine_at_rest(
         for mesh in range(len(torques))
     ]
     loads = np.zeros((len(torques), 2, MOTIONS))
-    is_coupled = axes_are_coupled(gear_set)
+    is_coupled = any(is_moved_by_others(gear_set, mesh) for mesh in range(len(torques)))
     places = np.arange(POSITIONS) / POSITIONS
     for exchange in range(1, MAX_EXCHANGES + 1):
         report("loads of shafts", exchange - 1, MAX_EXCHANGES)
@@ -161,6 +161,23 @@ def mean_loads(problem: ContactProblem, cycle: ContactCycle) -> Array:
     return np.array([force.ravel() @ wrench for wrench in wrenches])
 
 
+def loaded_problem(
+    gear_set: GearSet,
+    mesh: int,
+    settings: StaticsSettings,
+    torque: float,
+    report: Progress = silent,
+) -> ContactProblem:
+    """Contact problem of a mesh whose axes other meshes move as at a torque.
+
+    torque : on the driver of the mesh [N m], to which loads of others are proportional
+    """
+    if not is_moved_by_others(gear_set, mesh):
+        return contact_problem(gear_set, mesh, settings, report)
+    factor = mesh_torques_at(gear_set, 1.0)[mesh]
+    return machine_at_rest(gear_set, torque / factor, settings, report).problems[mesh]
+
+
 def problems_at_torques(
     gear_set: GearSet,
     mesh: int,
@@ -172,12 +189,9 @@ def problems_at_torques(
 
     There is one of each where other meshes move its axes.
     """
-    factor = mesh_torques_at(gear_set, 1.0)[mesh]
-    if not (gear_set.meshes[mesh].on_shafts and factor and axes_are_coupled(gear_set)):
-        return [contact_problem(gear_set, mesh, settings, report)]
+    distinct = torques.tolist() if is_moved_by_others(gear_set, mesh) else [0.0]
     return [
-        machine_at_rest(gear_set, torque / factor, settings, report).problems[mesh]
-        for torque in torques.tolist()
+        loaded_problem(gear_set, mesh, settings, torque, report) for torque in distinct
     ]
 
 
@@ -191,12 +205,16 @@ def with_supports_of(problem: ContactProblem, other: ContactProblem) -> ContactP
     return problem
 
 
-def axes_are_coupled(gear_set: GearSet) -> bool:
-    """Whether meshes load gears of others on shafts that yield."""
+def is_moved_by_others(gear_set: GearSet, mesh: int) -> bool:
+    """Whether other meshes load gears of one on shafts that yield."""
+    if not gear_set.meshes[mesh].on_shafts or not mesh_torques_at(gear_set, 1.0)[mesh]:
+        return False
     for _, shaft in yielding_shafts(gear_set):
-        on_shaft = [
-            set(shaft.gears).intersection(mesh.gears) for mesh in gear_set.meshes
+        loading = [
+            number
+            for number, spec in enumerate(gear_set.meshes)
+            if set(shaft.gears).intersection(spec.gears)
         ]
-        if sum(map(bool, on_shaft)) > 1:
+        if mesh in loading and len(loading) > 1:
             return True
     return False

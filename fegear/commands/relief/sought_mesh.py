@@ -30,7 +30,7 @@ from fegear.contact.problem import ContactProblem
 from fegear.elasticity.wide_root import WideRoot
 from fegear.gearset.model import GearSet, Mesh
 from fegear.gearset.modifications import ReliefShape
-from fegear.statics.contact_problem import contact_problem
+from fegear.statics.machine import loaded_problem
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import wide_roots
 from fegear.studies.trains.gear_sets import GearSetRef
@@ -101,7 +101,7 @@ class SoughtMesh:
 
         Without leads and misalignment they do by a crowning that is none.
         """
-        gears = self.gear_set.changed(edits)
+        gears = self.settings.on_shafts(self.gear_set.changed(edits))
         is_plane = not gears.meshes[self.index].varies_over_width
         sought = self.leads or self.topography or self.misalignments_um
         if not (is_plane and sought):
@@ -159,7 +159,8 @@ class SoughtMesh:
     ) -> ReliefProblem:
         """The search for modifications up to their largest depths."""
         contacts = [
-            contact_problem(one, self.index, self.settings) for one in self.gear_sets
+            loaded_problem(one, self.index, self.settings, float(torques.max()))
+            for one in self.gear_sets
         ]
         nothing: dict[str, Any] = {
             f"{place.partition('_')[2]}_relief": None for place in self.places

@@ -96,7 +96,7 @@ FEW_POSITIONS = 16  # of a first search
 MAX_POINTS = 8  # of a topography, over profile or width
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
-    exposed=expose("friction", "positions", "plane", "resolution"),
+    exposed=expose("friction", "positions", "plane", "resolution", "shafts"),
 )
 TABLE_HELP = {
     "torques": "Write the peak to peak at each torque, before and after, to this CSV "

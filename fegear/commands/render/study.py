@@ -141,7 +141,7 @@ class ContactPictures(
     elements: StaticsSettings = group(
         SettingsGroup(
             kind=StaticsSettings,
-            exposed=expose("friction", "plane", "resolution"),
+            exposed=expose("friction", "plane", "resolution", "shafts"),
         )
     )
     picture: PictureSettings = group(PICTURE)
@@ -152,7 +152,10 @@ class ContactPictures(
         refuse_edits(self, {"torque": self.torque}, translations=False)
         gears = self.gear_set.healthy("pictures of contact")
         require_one_helix(gears, "pictures of contact")
-        return gears
+        # pictures in the plane have no shafts unless they are asked for
+        in_space = gears.meshes[mesh_index(gears, self.mesh)].varies_over_width
+        is_asked_for = in_space or self.elements.shafts == "on"
+        return self.elements.on_shafts(gears) if is_asked_for else gears
 
     @property
     def named_files(self) -> list[str]:

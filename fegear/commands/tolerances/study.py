@@ -30,7 +30,8 @@ from fegear.gearset.leads import require_one_helix
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.statics.contact_problem import contact_problem, require_solvable
+from fegear.statics.contact_problem import require_solvable
+from fegear.statics.machine import loaded_problem
 from fegear.statics.plausibility import tip_warnings
 from fegear.statics.settings import StaticsSettings
 from fegear.studies.problem import Job, Problem, Task
@@ -61,7 +62,7 @@ GRADES = Range(1, 11)
 AMOUNT_RANGE = Range(0.0, 1e4, "um")
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
-    exposed=expose("positions", "plane", "resolution", "corner_contact"),
+    exposed=expose("positions", "plane", "resolution", "corner_contact", "shafts"),
 )
 TABLE_HELP = {
     "samples_table": "Write the deviations of every pair of gears, and what follows "
@@ -149,11 +150,12 @@ class Tolerances(
             yield "grade", "{driver_grade} and {driven_grade} take its place"
 
     def prepare(self) -> TolerancesProblem:
-        gears = self.gear_set.healthy("tolerances")
+        gears = self.elements.on_shafts(self.gear_set.healthy("tolerances"))
         index = mesh_index(gears, self.mesh)
         torque = chosen_torque(gears, self.torque, self.mesh)
         limits = self._limits(gears, index)  # before finite elements take a minute
-        contact = contact_problem(without_pitch_errors(gears), index, self.elements)
+        nominal = without_pitch_errors(gears)
+        contact = loaded_problem(nominal, index, self.elements, torque)
         positions = self.elements.positions
         problem = ToleranceProblem(
             contact=contact,

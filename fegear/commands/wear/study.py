@@ -36,10 +36,10 @@ from fegear.gearset.read import load_tables
 from fegear.gearset.topographies import topography_keys
 from fegear.gearset.zones import zones
 from fegear.statics.contact_problem import (
-    contact_problem,
     require_solvable,
     slices_over_width,
 )
+from fegear.statics.machine import loaded_problem
 from fegear.statics.mesh_faults import is_first_flank, without_wear
 from fegear.statics.settings import RESOLUTIONS, StaticsSettings
 from fegear.studies.problem import Job, Problem, Task
@@ -60,7 +60,9 @@ ROUNDED = 9  # decimals of angles [deg] and depths [um] in a file
 MIN_POSITIONS = 8
 ELEMENTS = SettingsGroup(
     kind=StaticsSettings,
-    exposed=expose("positions", "friction", "plane", "resolution", "corner_contact"),
+    exposed=expose(
+        *("positions", "friction", "plane", "resolution", "corner_contact"), "shafts"
+    ),
 )
 
 
@@ -151,7 +153,7 @@ class FlankWear(
     def gears(self) -> GearSet:
         """The gear set; InputError with what this study leaves out."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
-        gears = self.gear_set.loaded
+        gears = self.elements.on_shafts(self.gear_set.loaded)
         if gears.carrier is not None:
             raise InputError(
                 f"{gears.name}: planetary sets; wear is that of gears on fixed axes"
@@ -212,7 +214,8 @@ class WearProblem(Problem):
     def _wear_off(self, job: Job) -> FlankWearResult:
         study, gears = self.study, self.gears
         bare = without_wear(gears, self.index)
-        contact = contact_problem(bare, self.index, study.elements, job.report)
+        place = bare, self.index, study.elements
+        contact = loaded_problem(*place, self.torque, job.report)
         varies = gears.meshes[self.index].varies_over_width
         kind = WearingFaces if varies else WearingMesh
         mesh = kind(contact, self.torque, study.wear_coefficient, self.points)
