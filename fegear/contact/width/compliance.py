@@ -29,7 +29,8 @@ from lumped.common.array_types import Array, Indices
 from meshes import SpurGear
 
 SHORT, LONG = 4.0, 9.0  # part over the size of contacts; own sizes count if long
-PART_POINTS = 3  # of Gauss quadrature over a part
+# of Gauss quadrature over a part
+PART_NODES, PART_WEIGHTS = np.polynomial.legendre.leggauss(3)
 TINY = 1e-30  # load [N] in place of none
 POINT = 1e-6  # decay lengths in place of no distance, where an integral is finite
 
@@ -213,12 +214,11 @@ class FaceCompliance:
 
     def _mean_functions(self, gear: int, flank: WideFlank, parts: LineParts) -> Array:
         """Mean of the polynomials over each part (p, k)."""
-        node, weight = np.polynomial.legendre.leggauss(PART_POINTS)
         half = 0.5 * self.helix_cosine * parts.length[:, None]
-        z = parts.place[:, None] + self.face.offsets[gear] + half * node
+        z = parts.place[:, None] + self.face.offsets[gear] + half * PART_NODES
         values, _ = polynomial_values(flank.width, flank.degree, z.ravel())
         by_point = values.reshape(*z.shape, -1)
-        return np.asarray(np.einsum("q,pqk->pk", 0.5 * weight, by_point))
+        return np.asarray(np.einsum("q,pqk->pk", 0.5 * PART_WEIGHTS, by_point))
 
     def _images(self, gear: int, flank: WideFlank, parts: LineParts) -> Array:
         """The half-space's share of images at both ends of the width (p, p) [m/N].

@@ -55,6 +55,8 @@ def solve_over_width(
     cycle = _empty_cycle(solver, torques, places, teeth, changes)
     softness = sum(1.0 / flank.kernel.modulus for flank in face.flanks)
     order = np.argsort(-torques)
+    per_width = torques.max() / problem.pair.driver_arm / face.width
+    limit = FIRST_GUESS * per_width * softness
     for n, position in enumerate(positions):
         require_running()
         pairs = PairsAt(
@@ -74,8 +76,6 @@ def solve_over_width(
         no_load = float(lines.gap.min())
         if not math.isfinite(no_load):
             raise ContactFailure(f"no flanks face each other at position {position:g}")
-        per_width = torques.max() / problem.pair.driver_arm / face.width
-        limit = FIRST_GUESS * per_width * softness
         start = slices = None
         for t in order:
             torque = float(torques[t])
