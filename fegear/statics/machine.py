@@ -29,7 +29,8 @@ from fegear.statics.settings import StaticsSettings
 from lumped.common.array_types import Array
 from lumped.common.progress import Progress, silent
 
-POSITIONS = 16  # of a cycle, over which loads are exchanged
+# of a cycle, over which loads are exchanged; with 64 K_Hbeta changes by 4e-6
+POSITIONS = 8
 LOAD_RTOL = 1e-10  # change of a load over the largest, at which they agree
 MAX_EXCHANGES = 60
 
