@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -58,7 +59,7 @@ SHAFT_TITLE = (
     "notches; places from the first end, the near one"
 )
 MESH_COLUMNS: Columns = {
-    "mesh": lambda row: row["mesh"],
+    "mesh": lambda row: f"{row['number']}",
     "torque on\ndriver N m": lambda row: f"{row['driver_torque_Nm']:g}",
     "K_Hbeta\non shafts": cell("load_distribution_factor", 4),
     "axes\nheld": cell("load_distribution_factor_held", 4),
@@ -139,15 +140,26 @@ class LoadedShaftsResult(StudyResult):
 
     def _lead_line(self, mesh: MeshOnShafts) -> str:
         driver, driven = (f"{1e6 * slope:.3g}" for slope in mesh.away)
-        search = (
-            f"fegear relief {self.study.gear_set.name} --mesh {mesh.number} "
-            f"--lead crowning,slope --misalignment-um {1e6 * mesh.misalignment:.3g}"
-        )
         return (
             f"mesh {mesh.number}: a lead slope takes the misalignment away, slope_um = "
             f"{driver} of driver_lead or {driven} of driven_lead; the best lead: "
-            f"{search}"
+            f"{self._relief_command(mesh)}"
         )
+
+    def _relief_command(self, mesh: MeshOnShafts) -> str:
+        """Command that seeks a lead for axes with the misalignment of a mesh."""
+        source = self.study.gear_set
+        edits = (word for edit in source.edits for word in ("--set", edit))
+        options = {
+            "--mesh": f"{mesh.number}",
+            "--torque": f"{mesh.torque:.6g}",
+            "--lead": "crowning,slope",
+            "--misalignment-um": f"{1e6 * mesh.misalignment:.3g}",
+            "--objective": "distribution",
+        }
+        pairs = (word for option in options.items() for word in option)
+        words = "fegear", "relief", source.name, *edits, "--no-tip", *pairs
+        return shlex.join(words)
 
     def _balance_line(self) -> str:
         of_shafts = ", ".join(f"{one.gears} {one.imbalance:.1e}" for one in self.shafts)
@@ -210,6 +222,7 @@ def _mesh_row(mesh: MeshOnShafts) -> dict[str, Any]:
     in_order = [1e6 * part for gear in parts for part in gear]
     driver, driven = mesh.away
     return {
+        "number": mesh.number,
         "mesh": mesh.name,
         "driver_torque_Nm": mesh.torque,
         "load_distribution_factor": mesh.factor,
