@@ -35,7 +35,8 @@ def draw_shafts(
 
     size = max(MIN_WIDTH, PANEL[0] * max(len(shafts), len(meshes))), 3.3 * PANEL[1]
     figure = Figure(figsize=size, layout="constrained")
-    of_shafts, of_meshes = figure.subfigures(2, 1, height_ratios=[2, 1])
+    parts = figure.subfigures(2, 1, squeeze=False, height_ratios=[2, 1])
+    of_shafts, of_meshes = parts.flat
     top = of_shafts.subplots(2, len(shafts), squeeze=False, sharex="col", sharey="row")
     bottom = of_meshes.subplots(1, len(meshes), squeeze=False)
     for (deflection, moment), shaft in zip(top.T, shafts, strict=True):

@@ -149,7 +149,7 @@ class LoadedShaftsResult(StudyResult):
     def _relief_command(self, mesh: MeshOnShafts) -> str:
         """Command that seeks a lead for axes with the misalignment of a mesh."""
         source = self.study.gear_set
-        edits = (word for edit in source.edits for word in ("--set", edit))
+        edits = (part for edit in source.edits for part in ("--set", edit))
         options = {
             "--mesh": f"{mesh.number}",
             "--torque": f"{mesh.torque:.6g}",
@@ -157,9 +157,9 @@ class LoadedShaftsResult(StudyResult):
             "--misalignment-um": f"{1e6 * mesh.misalignment:.3g}",
             "--objective": "distribution",
         }
-        pairs = (word for option in options.items() for word in option)
-        words = "fegear", "relief", source.name, *edits, "--no-tip", *pairs
-        return shlex.join(words)
+        pairs = (part for option in options.items() for part in option)
+        command = "fegear", "relief", source.name, *edits, "--no-tip", *pairs
+        return shlex.join(command)
 
     def _balance_line(self) -> str:
         of_shafts = ", ".join(f"{one.gears} {one.imbalance:.1e}" for one in self.shafts)
