@@ -89,6 +89,10 @@ COARSER = {
     "motion liu-idler": "motion liu-idler --resolution coarse",
     "-o faulty.csv": "--resolution coarse -o faulty.csv",
     "--torque 20 --contact": "--torque 20 --positions 8 --resolution coarse --contact",
+    "shafts helical-machine": "shafts helical-machine --resolution coarse",
+    "relief helical-machine": (
+        "relief helical-machine --resolution coarse --positions 8 --starts 1"
+    ),
     "sharing planetary-24-36-96": (
         "sharing planetary-24-36-96 --model 1 --resolution coarse"
     ),

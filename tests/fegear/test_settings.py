@@ -119,6 +119,7 @@ EXAMPLES = [  # of classes that must be told something
     fegear.Signals(gear_set="liu-pair", speed=1000.0),
     fegear.FaultSignals(gear_set="liu-pair", over="pitch_error=0:5:6", rpm=900.0),
     fegear.CampbellDiagram(gear_set="turbo-pair"),
+    fegear.LoadedShafts(gear_set="helical-machine"),
     fegear.ModelExport(gear_set="liu-pair"),
     fegear.ClosedForms(),
     fegear.Validation(cases=("idler",), directory="report"),

@@ -318,7 +318,7 @@ def refuse_edits(
             reason = "finite elements or a table take its place, leave it out"
             if "kind" in options:
                 reason += f" or choose another {display_name(study, 'kind')}"
-        elif TRANSLATION_KEYS.intersection(key.split(".")) and not translations:
+        elif _is_of_translations(key) and not translations:
             reason = "changes nothing here"
             if "translations" in options:
                 reason = (
@@ -328,6 +328,12 @@ def refuse_edits(
             reason = f"{display_name(study, 'table')} has the teeth with their relief"
         if reason:
             raise study.gear_set.rejection(key, reason)
+
+
+def _is_of_translations(key: str) -> bool:
+    """Whether a key is read where gears move; bearings of shafts are others."""
+    table, *rest = key.split(".")
+    return table != "shaft" and not TRANSLATION_KEYS.isdisjoint((table, *rest))
 
 
 def bodies_described(entries: Mapping[str, str]) -> dict[str, str | None]:

@@ -22,6 +22,7 @@ OF_SOURCE = [name for name in builtin_names() if name.startswith("liu-")]
 
 def test_names():
     assert builtin_names() == [
+        "helical-machine",
         "liu-countershaft",
         "liu-countershaft-2",
         "liu-friction",

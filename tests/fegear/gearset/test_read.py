@@ -84,8 +84,9 @@ def test_unknown_name_offers_the_nearest_and_the_list():
         load_gear_set("liu-idlr")
     assert str(caught.value) == (
         "liu-idlr: neither a file nor a built-in gear set, did you mean liu-idler? "
-        "(built-in: liu-countershaft, liu-countershaft-2, liu-friction, "
-        "liu-idler, liu-idler-small-hubs, liu-pair, planetary-24-36-96, turbo-pair)"
+        "(built-in: helical-machine, liu-countershaft, liu-countershaft-2, "
+        "liu-friction, liu-idler, liu-idler-small-hubs, liu-pair, planetary-24-36-96, "
+        "turbo-pair)"
     )
 
 

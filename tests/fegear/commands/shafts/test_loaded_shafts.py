@@ -1,0 +1,183 @@
+"""Shafts under tooth forces: balance, symmetry, and where misalignments come from."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from small_sets import PAIR
+
+import fegear
+from fegear.commands.shafts.loads import bending_stress, meshes_on_shafts, tooth_torques
+from fegear.files.toml import toml_text
+from fegear.gearset import load_gear_set
+from fegear.gearset.read import read_gear_set
+from fegear.gearset.tooth_forces import tooth_forces
+from fegear.gearset.yielding import on_shafts
+from fegear.statics.machine import machine_at_rest
+from fegear.statics.settings import StaticsSettings
+from fegear.studies.trains.gear_sets import GearSetRef
+from lumped.rotors.description import Bearing, Rotor, Section
+from lumped.rotors.statics import ShaftLoad, shaft_statics
+
+SET = "helical-machine"
+COARSE = StaticsSettings(resolution="coarse")
+ON_PATH = replace(COARSE, corner_contact=False, root_stress=False)
+STIFFNESS = {"bearing_kx_N_per_m": [1e8, 1e8], "bearing_ky_N_per_m": [1e8, 1e8]}
+MIDDLE = PAIR | {
+    "shaft": [
+        {
+            "gears": [name],
+            "positions_mm": [40.0],
+            "lengths_mm": [80.0],
+            "diameters_mm": [14.0],
+            "bearing_positions_mm": [0.0, 80.0],
+            **STIFFNESS,
+        }
+        for name in ("a", "b")
+    ]
+}
+
+
+def shafts_of(gear_set, **settings):
+    study = fegear.LoadedShafts(gear_set=gear_set, elements=COARSE, **settings)
+    return fegear.run(study)
+
+
+@pytest.fixture(scope="module")
+def result():
+    return shafts_of(SET)
+
+
+@pytest.fixture(scope="module")
+def machine():
+    """The same machine, without contact of tip corners."""
+    return machine_at_rest(on_shafts(load_gear_set(SET)), 40.0, ON_PATH)
+
+
+def test_reactions_balance_the_forces(result):
+    for shaft in result.shafts:
+        assert shaft.imbalance < 1e-12
+
+
+def test_loads_on_gears_are_tooth_forces(machine):
+    gears = machine.gear_set
+    expected = np.zeros((len(gears.gears), 3))
+    for force in tooth_forces(gears):
+        expected[force.gear] += force.vectors[0]
+    scale = np.abs(expected).max()
+    assert np.abs(machine.loads_on_gears[:, :3] - expected).max() < 1e-9 * scale
+
+
+def test_torques_of_teeth_add_to_those_of_the_ends():
+    gears = load_gear_set(SET)
+    torques = tooth_torques(gears, 40.0)
+    assert torques[0] == pytest.approx(-40.0)
+    assert torques[1] == pytest.approx(-torques[2])
+    assert torques[3] == pytest.approx(40.0 * 47 / 23 * 50 / 21)
+
+
+def test_reactions_of_two_bearings_by_levers(result):
+    """Those of a lever about the first bearing, with the tooth forces on the gear."""
+    settings = replace(COARSE, root_stress=False)
+    machine = machine_at_rest(on_shafts(load_gear_set(SET)), result.torque, settings)
+    for shaft, gears in zip(result.shafts, ([0], [1, 2], [3]), strict=True):
+        first, second = shaft.bearing_positions
+        levers = np.array(shaft.gear_positions) - first
+        loads = machine.loads_on_gears[gears]
+        turning = levers @ loads[:, :2] + loads[:, 3:].sum(axis=0)
+        expected = -turning / (second - first)
+        scale = np.abs(loads[:, :2]).max()
+        deviation = shaft.solution.reactions[1, :2] - expected
+        assert np.abs(deviation).max() < 1e-8 * scale
+        axial = shaft.solution.reactions[:, 2].sum()
+        assert axial == pytest.approx(-loads[:, 2].sum(), abs=1e-9 * scale)
+
+
+def test_parts_of_a_misalignment_add_up(result):
+    for mesh in result.meshes:
+        parts = sum(mesh.by_shafts) + sum(mesh.by_bearings)
+        assert parts == pytest.approx(mesh.misalignment, rel=1e-9)
+        # the load goes away from the end with the gap
+        assert mesh.center * mesh.misalignment < 0.0
+
+
+def test_bearings_tilt_a_rigid_shaft_by_their_own_displacements(result, machine):
+    """Displacement of a bearing is its force over its stiffness."""
+    gears = machine.gear_set
+    shafts = {0: (0, -1.0, 0), 1: (0, 1.0, 1), 2: (1, -1.0, 1), 3: (1, 1.0, 2)}
+    for gear, (number, sign, index) in shafts.items():
+        mesh, shaft = result.meshes[number], result.shafts[index]
+        bearings = gears.shafts[index].body.bearings
+        moved = np.array(
+            [
+                -force[:2] / bearing.stiffness[0]
+                for force, bearing in zip(
+                    shaft.solution.reactions, bearings, strict=True
+                )
+            ]
+        )
+        slope = (moved[1] - moved[0]) / np.ptp(shaft.bearing_positions)
+        push = machine.axes.frames[number][0, :2]
+        role = gears.meshes[number].gears.index(gear)
+        expected = sign * mesh.width * float(slope @ push)
+        assert mesh.by_bearings[role] == pytest.approx(expected, rel=1e-6)
+
+
+def test_gears_amid_equal_bearings_stay_parallel():
+    """Tip corners left out, whose arms differ: axes that move share loads otherwise."""
+    gears = on_shafts(read_gear_set(toml_text(MIDDLE)))
+    (mesh,) = meshes_on_shafts(machine_at_rest(gears, 20.0, ON_PATH))
+    assert mesh.factor == pytest.approx(mesh.held_factor, rel=1e-6)
+    assert abs(mesh.misalignment) < 1e-12
+    assert abs(mesh.center) < 1e-9
+
+
+def test_an_opposite_lead_slope_takes_the_misalignment_away(result):
+    for mesh in result.meshes:
+        if mesh.factor < 1.05 * mesh.held_factor:
+            continue
+        for role, slope in zip(("driver", "driven"), mesh.away, strict=True):
+            edit = f"mesh.{mesh.number}.{role}_lead.slope_um={1e6 * slope!r}"
+            mended = shafts_of(GearSetRef(name=SET, edits=(edit,)))
+            factor = mended.meshes[mesh.number - 1].factor
+            assert factor == pytest.approx(mesh.held_factor, rel=0.05)
+    assert result.meshes[0].factor > 1.1 * result.meshes[0].held_factor
+
+
+def test_bending_stress_is_that_of_round_sections():
+    """Of both sides of a step, a solid and a hollow one, with a load amid bearings."""
+    hollow, solid = (0.03, 0.02), (0.02, 0.0)
+    rotor = Rotor(
+        name="stepped",
+        sections=tuple(
+            Section(length=0.1, diameter=diameter, bore=bore)
+            for diameter, bore in (hollow, solid)
+        ),
+        bearings=tuple(
+            Bearing(position=position, stiffness=(1e8, 0.0, 0.0, 1e8))
+            for position in (0.0, 0.2)
+        ),
+        young_modulus=206e9,
+        shear_modulus=80e9,
+        density=7850.0,
+    )
+    statics = shaft_statics(rotor, [0.1], 4)
+    load = ShaftLoad(position=0.1, force=(300.0, -400.0, 0.0))
+    stress = bending_stress(statics, statics.solve([load]))
+    moment = 500.0 * 0.2 / 4.0
+    middle = statics.nodes.index(0.1)
+    for side, (diameter, bore) in enumerate((hollow, solid)):
+        modulus = math.pi / 32.0 * diameter**3 * (1.0 - (bore / diameter) ** 4)
+        assert stress[middle, side] == pytest.approx(moment / modulus, rel=1e-9)
+    assert stress[[0, -1]] == pytest.approx(0.0, abs=1e-3)
+
+
+def test_gears_with_errors_are_refused():
+    pinion, wheel = MIDDLE["gear"]
+    uneven = pinion | {"pitch_errors_um": [1.0, *18 * [0.0]]}
+    gears = read_gear_set(toml_text(MIDDLE | {"gear": [uneven, wheel]}))
+    with pytest.raises(fegear.InputError, match="pitch_errors_um; not modelled by"):
+        shafts_of(gears)
