@@ -147,14 +147,13 @@ class LoadedShaftsResult(StudyResult):
         )
 
     def _relief_command(self, mesh: MeshOnShafts) -> str:
-        """Command that seeks a lead for axes with the misalignment of a mesh."""
+        """Command that seeks a lead for a mesh on its shafts."""
         source = self.study.gear_set
         edits = (part for edit in source.edits for part in ("--set", edit))
         options = {
             "--mesh": f"{mesh.number}",
             "--torque": f"{mesh.torque:.6g}",
             "--lead": "crowning,slope",
-            "--misalignment-um": f"{1e6 * mesh.misalignment:.3g}",
             "--objective": "distribution",
         }
         pairs = (part for option in options.items() for part in option)
