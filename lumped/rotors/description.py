@@ -190,8 +190,8 @@ class MeshSpring:
     stiffness : force in the section over transmission error [N/m]
     width : face width in mesh [m]
     teeth : of the driver, for mesh frequencies
-    base_helix_angle : positive where the driver pushes the driven gear along z, as a
-        right-handed driver does that turns counter-clockwise [rad]
+    base_helix_angle : positive where the driver pushes the driven gear along z, toward
+        greater positions [rad]
     pressure_angle : of operation in the section, needed for helical gears [rad]
     path : roll lengths of the driver at start and end of contact, negative of an
         internal driver, needed for helical gears; the same twice for teeth that touch
