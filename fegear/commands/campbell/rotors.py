@@ -169,6 +169,7 @@ def _meshes(
         yield MeshSpring(
             rotors=(one, other),
             positions=(first, second),
+            offsets=gear_set.width_middles(number),
             base_radii=(driver.base_radius, driven.base_radius),
             direction=line_of_action(train, mesh),
             sense=rolling_sense(train, mesh),
