@@ -29,7 +29,8 @@ def on_shafts(gear_set: GearSet) -> GearSet:
         replace(mesh, on_shafts=bool(gears.intersection(mesh.gears)))
         for mesh in gear_set.meshes
     )
-    _require_thrust_paths(gear_set)
+    if refusal := missing_thrust_path(gear_set):
+        raise InputError(f"{refusal}, {LEAVE_OUT}")
     return replace(gear_set, meshes=meshes)
 
 
@@ -40,8 +41,8 @@ def yielding_shafts(gear_set: GearSet) -> Iterator[tuple[int, Shaft]]:
             yield index, shaft
 
 
-def _require_thrust_paths(gear_set: GearSet) -> None:
-    """Require a bearing that holds every helical gear along its axis."""
+def missing_thrust_path(gear_set: GearSet) -> str | None:
+    """Which shaft has a helical gear and no bearing that holds it along its axis."""
     for index, shaft in yielding_shafts(gear_set):
         if shaft.body is None or any(b.axial_stiffness for b in shaft.body.bearings):
             continue
@@ -51,8 +52,9 @@ def _require_thrust_paths(gear_set: GearSet) -> None:
                 name = gear_set.gears[min(gears)].name
                 stiffnesses = [b.axial_stiffness for b in shaft.body.bearings]
                 state = "is missing" if None in stiffnesses else "is 0 at all of them"
-                raise InputError(
+                return (
                     f"{gear_set.name}: shaft {index + 1}: bearing_kz_N_per_m {state}, "
                     f'and gear "{name}" pushes along the axis; a bearing must take '
-                    f"the thrust, {LEAVE_OUT}"
+                    "the thrust"
                 )
+    return None

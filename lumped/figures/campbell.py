@@ -21,6 +21,7 @@ KIND_COLORS: dict[ModeKind, str] = {
     "backward": "tab:red",
     "planar": "tab:green",
     "torsion": "tab:purple",
+    "axial": "tab:brown",
 }
 ORDER_STYLES = "-", "--", "-.", ":"
 UNSTABLE_COLOR = "tab:orange"
@@ -50,6 +51,7 @@ class CampbellCurves:
     damping_ratio: Array
     whirl: Array
     torsion: Array
+    axial: Array
     mesh_energy: Array
 
     @property
@@ -60,7 +62,8 @@ class CampbellCurves:
     def kind(self, mode: int) -> ModeKind:
         """Kind of a mode at the highest speed that it has."""
         last = int(np.flatnonzero(np.isfinite(self.frequency_Hz[:, mode])).max())
-        return mode_kind(float(self.whirl[last, mode]), float(self.torsion[last, mode]))
+        parts = self.whirl, self.torsion, self.axial
+        return mode_kind(*(float(part[last, mode]) for part in parts))
 
 
 def draw_campbell(

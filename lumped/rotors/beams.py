@@ -4,7 +4,8 @@ Elements are Euler-Bernoulli beams. Stiffness may include shear, for loads at re
 
 Both nodes have five coordinates: translations x and y, tilts about x and y, and the
 rotation about the axis. A slope dx/dz is the tilt about y, and a slope dy/dz the
-opposite of the tilt about x.
+opposite of the tilt about x. Motion along the axis is apart from these, for it is
+coupled with them by meshes alone.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from lumped.common.array_types import Array
 
 NODE_COORDINATES = ("x", "y", "tilt x", "tilt y", "rotation")
 NODE_SIZE = len(NODE_COORDINATES)
+X, Y, TILT_X, TILT_Y, ROTATION = range(NODE_SIZE)
+AXIAL_COORDINATE = "z"
 # Coordinates of bending in both planes by their places in an element, and the signs
 # that make the second one of each pair a slope
 PLANE_XZ, SIGNS_XZ = (0, 3, 5, 8), np.array([1.0, 1.0, 1.0, 1.0])
@@ -107,6 +110,16 @@ def gyroscopic_matrix(length: float) -> Array:
 def twist_matrices(length: float) -> tuple[Array, Array]:
     """Stiffness per G I_p and mass per rho I_p (10, 10) of twisting."""
     stiffness, mass = np.zeros((2, 2 * NODE_SIZE, 2 * NODE_SIZE))
-    stiffness[np.ix_(TWIST, TWIST)] = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length
-    mass[np.ix_(TWIST, TWIST)] = np.array([[2.0, 1.0], [1.0, 2.0]]) * length / 6.0
+    at = np.ix_(TWIST, TWIST)
+    stiffness[at], mass[at] = linear_matrices(length)
+    return stiffness, mass
+
+
+def linear_matrices(length: float) -> tuple[Array, Array]:
+    """Stiffness and mass (2, 2) of linear shape functions, as of rods and twisting.
+
+    They are per E A and per rho A of a rod [1/m and m].
+    """
+    stiffness = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length
+    mass = np.array([[2.0, 1.0], [1.0, 2.0]]) * length / 6.0
     return stiffness, mass

@@ -25,7 +25,7 @@ class CriticalSpeed:
     speed : of the system [rad/s]
     frequency : natural frequency there [rad/s]
     damping_ratio : of that mode
-    whirl, torsion, rotor : as in `WhirlModes`
+    whirl, torsion, axial, rotor : as in `WhirlModes`
     mesh_energy : part of the strain energy in all meshes
     """
 
@@ -34,6 +34,7 @@ class CriticalSpeed:
     damping_ratio: float
     whirl: float
     torsion: float
+    axial: float
     rotor: int
     mesh_energy: float
 
@@ -87,6 +88,7 @@ def _critical(modes: WhirlModes, mode: int) -> CriticalSpeed:
         damping_ratio=float(-value.real / abs(value)),
         whirl=float(modes.whirl[mode]),
         torsion=float(modes.torsion[mode]),
+        axial=float(modes.axial[mode]),
         rotor=int(modes.rotors[mode]),
         mesh_energy=float(modes.mesh_energy[:, mode].sum()),
     )

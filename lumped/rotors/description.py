@@ -17,6 +17,7 @@ POSITION_RTOL = 1e-9  # of a length, below which two positions are one
 # Over the length of the shaft: sections are not shorter, and parts that are closer to a
 # node are on a rigid arm, for stiffnesses of elements grow with the cube of the inverse
 MIN_ELEMENT = 1e-3
+RIGHT_ANGLE = 0.5 * math.pi
 
 
 class RotorError(ValueError):
@@ -94,8 +95,8 @@ class Bearing:
     stiffness : kxx, kxy, kyx, kyy, forces along the first axis by displacements along
         the second [N/m]
     damping : likewise [N s/m]
-    axial_stiffness : along the axis, 0 of a floating bearing; `statics` reads it, and
-        `matrices` leaves motion along the axis out [N/m]
+    axial_stiffness, axial_damping : along the axis, 0 of a floating bearing; read where
+        shafts move along their axes [N/m], [N s/m]
     tilt_stiffness : moment per angle about both diameters [N m/rad]
     torsional_stiffness : of a spring to ground about the axis [N m/rad]
     """
@@ -104,6 +105,7 @@ class Bearing:
     stiffness: tuple[float, float, float, float]
     damping: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
     axial_stiffness: float = _not_negative()
+    axial_damping: float = _not_negative()
     tilt_stiffness: float = _not_negative()
     torsional_stiffness: float = _not_negative()
 
@@ -175,8 +177,8 @@ class Rotor:
 class MeshSpring:
     """Mean stiffness of the teeth of two gears, along their line of action.
 
-    The stiffness is spread evenly over the face width, so that gears which tilt
-    against each other about the line of action feel a moment.
+    The stiffness is spread evenly over the plane of action, the face width times the
+    path of contact, so that gears which tilt against each other feel a moment.
 
     rotors : driver and driven, by their indices
     positions : of both gears' centres on their shafts [m]
@@ -185,9 +187,15 @@ class MeshSpring:
     direction : unit vector of the driver's push on the driven gear, see
         `lumped.train.coordinates.line_of_action`
     sense : of the driver's rotation, see `lumped.train.coordinates.rolling_sense`
-    stiffness : [N/m]
+    stiffness : force in the section over transmission error [N/m]
     width : face width in mesh [m]
     teeth : of the driver, for mesh frequencies
+    base_helix_angle : positive where the driver pushes the driven gear along z, toward
+        greater positions [rad]
+    pressure_angle : of operation in the section, needed for helical gears [rad]
+    path : roll lengths of the driver at start and end of contact, negative of an
+        internal driver, needed for helical gears; the same twice for teeth that touch
+        in one point of the section [m]
     """
 
     rotors: tuple[int, int]
@@ -199,11 +207,42 @@ class MeshSpring:
     offsets: tuple[float, float] = (0.0, 0.0)
     width: float = _not_negative()
     teeth: int = field(default=1, metadata={"allowed": Range(least=1, below=10**6)})
+    base_helix_angle: float = field(
+        default=0.0, metadata={"allowed": Range(above=-RIGHT_ANGLE, below=RIGHT_ANGLE)}
+    )
+    pressure_angle: float | None = field(
+        default=None, metadata={"allowed": Range(above=0.0, below=RIGHT_ANGLE)}
+    )
+    path: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         require_fields(self)
         if abs(math.hypot(*self.direction) - 1.0) > POSITION_RTOL:
             raise RotorError(f"direction = {self.direction}; must be a unit vector")
+        for name in ("pressure_angle", "path"):
+            if self.base_helix_angle and getattr(self, name) is None:
+                angle = format_number(self.base_helix_angle)
+                raise RotorError(
+                    f"{name} is missing; base_helix_angle = {angle} needs it"
+                )
+
+    @property
+    def path_length(self) -> float:
+        """Length of the path of contact, 0 where it is not stated [m]."""
+        start, end = self.path or (0.0, 0.0)
+        return abs(end - start)
+
+    @property
+    def middle_roll_lengths(self) -> tuple[float, float]:
+        """Roll lengths of driver and driven gear in the middle of the path [m].
+
+        Both add up to the line of action between the base circles, which is negative of
+        a pair with an internal gear.
+        """
+        driver = 0.5 * sum(self.path or (0.0, 0.0))
+        return driver, sum(self.base_radii) * math.tan(
+            self.pressure_angle or 0.0
+        ) - driver
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,11 +250,15 @@ class RotorSystem:
     """Rotors and the meshes between them.
 
     elements : least number of elements of every shaft, which are about equally long
+    axial_motion : whether shafts move along their axes; else they are held in place. A
+        choice of the whole machine, since without it no matrix has a row that is not
+        needed, and no shaft without axial stiffness a rigid motion more
     """
 
     rotors: tuple[Rotor, ...]
     meshes: tuple[MeshSpring, ...] = ()
     elements: int = field(default=12, metadata={"allowed": Range(least=1, most=1000)})
+    axial_motion: bool = False
 
     def __post_init__(self) -> None:
         require_fields(self)

@@ -16,7 +16,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from lumped.rotors.description import RotorError, RotorSystem
-from lumped.rotors.matrices import GyroscopicSystem, assemble_any
+from lumped.rotors.gyroscopic import GyroscopicSystem
+from lumped.rotors.matrices import assemble_any
 
 
 def rotating_frame(system: RotorSystem) -> GyroscopicSystem:

@@ -8,21 +8,23 @@ matrix N; see `lumped.rotors.frames` for the one that turns.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
 from itertools import accumulate, pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
 from lumped.rotors.beams import (
-    NODE_COORDINATES,
+    AXIAL_COORDINATE,
     NODE_SIZE,
     QUARTER_TURN,
+    TILT_X,
+    TILT_Y,
+    X,
+    Y,
     bending_stiffness,
     gyroscopic_matrix,
     in_both_planes,
+    linear_matrices,
     rotation_mass,
     translation_mass,
     twist_matrices,
@@ -31,75 +33,13 @@ from lumped.rotors.description import (
     MIN_ELEMENT,
     POSITION_RTOL,
     Bearing,
-    MeshSpring,
     Rotor,
     RotorError,
     RotorSystem,
     Section,
 )
-
-X, Y, TILT_X, TILT_Y, ROTATION = range(NODE_SIZE)
-
-
-@dataclass(frozen=True, eq=False)
-class GyroscopicSystem:
-    """Matrices of n coordinates over the speed Omega of the system.
-
-    nodes : positions of the nodes of every rotor [m]; five coordinates each, see
-        `NODE_COORDINATES`
-    speed_ratios : of every rotor over the speed of the system
-    mass, damping, stiffness : M, C, K (n, n)
-    gyroscopic : G (n, n), skew-symmetric
-    circulatory : H (n, n), of damping that turns with a rotor
-    centripetal : N (n, n), of a frame that turns
-    shaft_stiffness : (n, n), part of `stiffness`
-    mesh_stiffness : (meshes, n, n), part of `stiffness`
-    """
-
-    nodes: tuple[tuple[float, ...], ...]
-    speed_ratios: tuple[float, ...]
-    mass: Array
-    damping: Array
-    stiffness: Array
-    gyroscopic: Array
-    circulatory: Array
-    centripetal: Array
-    shaft_stiffness: Array
-    mesh_stiffness: Array
-
-    @property
-    def size(self) -> int:
-        """Number of coordinates n."""
-        return int(self.mass.shape[0])
-
-    @cached_property
-    def rotor_of(self) -> NDArray[np.intp]:
-        """Rotor of every coordinate (n,)."""
-        counts = [NODE_SIZE * len(nodes) for nodes in self.nodes]
-        return np.repeat(np.arange(len(counts)), counts)
-
-    @cached_property
-    def is_rotation(self) -> NDArray[np.bool_]:
-        """Whether a coordinate is a rotation about the axis (n,)."""
-        return np.arange(self.size) % NODE_SIZE == ROTATION
-
-    @cached_property
-    def quarter_turn(self) -> Array:
-        """Matrix J (n, n) that turns every node by a quarter, x to y."""
-        return np.asarray(np.kron(np.eye(self.size // NODE_SIZE), QUARTER_TURN))
-
-    @cached_property
-    def is_conservative(self) -> bool:
-        """Whether M, K are symmetric and nothing else but G is there."""
-        others = self.damping, self.circulatory, self.centripetal
-        asymmetry = self.stiffness - self.stiffness.T
-        return not any(part.any() for part in (*others, asymmetry))
-
-    def index(self, rotor: int, position: float, kind: str) -> int:
-        """Index of a coordinate by rotor, position of a node [m] and kind."""
-        first = NODE_SIZE * sum(len(nodes) for nodes in self.nodes[:rotor])
-        node = node_at(self.nodes[rotor], position)
-        return first + NODE_SIZE * node + NODE_COORDINATES.index(kind)
+from lumped.rotors.gyroscopic import GyroscopicSystem, node_at
+from lumped.rotors.mesh_springs import mesh_matrix
 
 
 def assemble(system: RotorSystem) -> GyroscopicSystem:
@@ -131,7 +71,7 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
         nodes_of(rotor, _gear_positions(system, number), system.elements)
         for number, rotor in enumerate(system.rotors)
     )
-    size = NODE_SIZE * sum(map(len, nodes))
+    size = (NODE_SIZE + system.axial_motion) * sum(map(len, nodes))
     result = GyroscopicSystem(
         nodes,
         tuple(rotor.speed_ratio for rotor in system.rotors),
@@ -148,6 +88,8 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
         _add_shaft(result, number, rotor)
         _add_disks(result, number, rotor)
         _add_bearings(result, number, rotor)
+        if system.axial_motion:
+            _add_axial_motion(result, number, rotor)
     for number, mesh in enumerate(system.meshes):
         result.mesh_stiffness[number] = mesh_matrix(result, mesh)
         result.stiffness[:] += result.mesh_stiffness[number]
@@ -187,11 +129,6 @@ def nodes_of(
         count = max(1, math.ceil(elements * (high - low) / length - POSITION_RTOL))
         nodes += [low + (high - low) * k / count for k in range(1, count)] + [high]
     return tuple(nodes)
-
-
-def node_at(nodes: tuple[float, ...], position: float) -> int:
-    """Index of the node that is nearest to a position [m]."""
-    return int(np.abs(np.asarray(nodes) - position).argmin())
 
 
 def section_at(rotor: Rotor, position: float) -> Section:
@@ -290,30 +227,23 @@ def _add_bearings(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
         result.damping[at, at] += arm.T @ damping @ arm
 
 
-def mesh_rows(result: GyroscopicSystem, mesh: MeshSpring) -> tuple[Array, Array]:
-    """Deflection of a mesh per displacement, and its slope over the face width (n,).
-
-    The deflection at a distance along the axis is that of the middle plus the slope
-    times the distance; both are positive where the teeth are pressed together. A tilt
-    moves a point at a distance a from the gear's centre by a times its slope.
-    """
-    row, slope = np.zeros((2, result.size))
-    cosine, sine = mesh.direction
-    for gear, side in ((0, 1.0), (1, -1.0)):
-        at = result.index(mesh.rotors[gear], mesh.positions[gear], "x")
-        row[[at + X, at + Y]] += side * cosine, side * sine
-        slope[[at + TILT_Y, at + TILT_X]] += side * cosine, -side * sine
-        # both gears' rotations close the mesh in the driver's sense
-        row[at + ROTATION] += mesh.sense * mesh.base_radii[gear]
-        tilts = [at + TILT_X, at + TILT_Y]
-        nodes, position = result.nodes[mesh.rotors[gear]], mesh.positions[gear]
-        arm = position - nodes[node_at(nodes, position)]
-        row[tilts] += (mesh.offsets[gear] + arm) * slope[tilts]
-    return row, slope
-
-
-def mesh_matrix(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
-    """Stiffness (n, n) of a mesh: k b^2 / 12 against slopes, evenly over the width."""
-    row, slope = mesh_rows(result, mesh)
-    tilting = mesh.width**2 / 12.0
-    return mesh.stiffness * (np.outer(row, row) + tilting * np.outer(slope, slope))
+def _add_axial_motion(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
+    """Rods between nodes, and masses and bearings along the axis."""
+    nodes = result.nodes[number]
+    first = result.index(number, 0.0, AXIAL_COORDINATE)
+    for element, (low, high) in enumerate(pairwise(nodes)):
+        at = slice(first + element, first + element + 2)
+        area = section_at(rotor, 0.5 * (low + high)).area
+        stiffness, mass = linear_matrices(high - low)
+        stiffness *= rotor.young_modulus * area
+        result.mass[at, at] += rotor.density * area * mass
+        result.shaft_stiffness[at, at] += stiffness
+        result.stiffness[at, at] += stiffness
+        result.damping[at, at] += rotor.internal_damping * stiffness
+    for disk in rotor.disks:
+        z = result.index(number, disk.position, AXIAL_COORDINATE)
+        result.mass[z, z] += disk.mass
+    for bearing in rotor.bearings:
+        z = result.index(number, bearing.position, AXIAL_COORDINATE)
+        result.stiffness[z, z] += bearing.axial_stiffness
+        result.damping[z, z] += bearing.axial_damping

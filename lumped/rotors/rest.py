@@ -11,8 +11,8 @@ import numpy as np
 from scipy.linalg import eigh, solve_triangular
 
 from lumped.common.array_types import Array
-from lumped.rotors.beams import NODE_SIZE
-from lumped.rotors.matrices import GyroscopicSystem
+from lumped.rotors.beams import AXIAL_COORDINATE, NODE_SIZE
+from lumped.rotors.gyroscopic import GyroscopicSystem
 
 NULL_RTOL = 1e-13  # stiffness against a rigid motion over the largest one
 MIN_INVERSE = 1e-9  # inverse of the square of a frequency over the largest one
@@ -76,7 +76,7 @@ def rigid_motions(system: GyroscopicSystem) -> Array:
 def _rigid_columns(
     system: GyroscopicSystem, rotor: int, nodes: tuple[float, ...]
 ) -> list[Array]:
-    """Translations, tilts about the middle and rotation of a rotor."""
+    """Translations, tilts about the middle and rotation of a rotor, then z."""
     first = system.index(rotor, nodes[0], "x")
     at = first + NODE_SIZE * np.arange(len(nodes))
     distance = np.array(nodes) - 0.5 * (nodes[0] + nodes[-1])
@@ -85,6 +85,10 @@ def _rigid_columns(
         columns[column][at + column] = 1.0
     columns[2][at + 1] = -distance
     columns[3][at] = distance
+    if system.has_axial_motion:
+        first = system.index(rotor, nodes[0], AXIAL_COORDINATE)
+        columns.append(np.zeros(system.size))
+        columns[-1][first : first + len(nodes)] = 1.0
     return columns
 
 

@@ -28,10 +28,10 @@ from lumped.rotors.description import (
     RotorError,
     Section,
 )
+from lumped.rotors.gyroscopic import node_at
 from lumped.rotors.matrices import (
     bearing_stiffness,
     element_stiffness,
-    node_at,
     nodes_of,
     require_axial_symmetry,
     rigid_arm,

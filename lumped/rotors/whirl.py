@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 
 from lumped.common.array_types import Array, Complex
-from lumped.rotors.matrices import GyroscopicSystem
+from lumped.rotors.gyroscopic import GyroscopicSystem
 from lumped.rotors.rest import modes_at_rest
 
 Instability = Literal["flutter", "divergence"]
-ModeKind = Literal["forward", "backward", "planar", "torsion"]
+ModeKind = Literal["forward", "backward", "planar", "torsion", "axial"]
 MIN_WHIRL = 0.1  # of a motion that is not planar
 GROWTH_RTOL = 1e-14  # rate of growth over the highest frequency that is round-off
 MAX_IDLE_ENERGY = 1e-9  # part of the kinetic energy of a rotation that is sideways
@@ -39,6 +39,7 @@ class WhirlModes:
         its own sense of rotation, to -1 for backward ones; 0 where it is planar
     rotors : (k,) that rotor
     torsion : (k,) part of the kinetic energy in rotations about the axes
+    axial : (k,) part of the kinetic energy in motion along the axes
     mesh_energy : (meshes, k) part of the strain energy in each mesh
     growing : eigenvalues with a growth rate above round-off, also those that do not
         oscillate
@@ -51,6 +52,7 @@ class WhirlModes:
     whirl: Array
     rotors: NDArray[np.intp]
     torsion: Array
+    axial: Array
     mesh_energy: Array
     growing: Complex
 
@@ -77,15 +79,22 @@ class WhirlModes:
             self.whirl[places],
             self.rotors[places],
             self.torsion[places],
+            self.axial[places],
             self.mesh_energy[:, places],
             self.growing,
         )
 
 
-def mode_kind(whirl: float, torsion: float) -> ModeKind:
-    """What a mode is mostly: torsion, or whirl of the rotor that moves most."""
-    if torsion > 0.5:
+def mode_kind(whirl: float, torsion: float, axial: float = 0.0) -> ModeKind:
+    """What has the largest part of a mode's kinetic energy.
+
+    Torsion, motion along the axes, or whirl of the rotor that moves most sideways.
+    """
+    sideways = 1.0 - torsion - axial
+    if torsion > max(axial, sideways):
         return "torsion"
+    if axial > sideways:
+        return "axial"
     if abs(whirl) < MIN_WHIRL:
         return "planar"
     return "forward" if whirl > 0.0 else "backward"
@@ -103,8 +112,11 @@ class WhirlProblem:
 
     @staticmethod
     def _is_idle(system: GyroscopicSystem, squares: Array, basis: Array) -> Array:
-        """Rigid rotations about the axes, which nothing but inertia acts on."""
-        lateral = basis * ~system.is_rotation[:, None]
+        """Rigid rotations about the axes and motions along them.
+
+        Nothing but inertia acts on them, whatever the speed.
+        """
+        lateral = basis * system.is_sideways[:, None]
         energy = np.einsum("ni,nm,mi->i", lateral, system.mass, lateral)
         return np.asarray((squares == 0.0) & (energy < MAX_IDLE_ENERGY))
 
@@ -142,11 +154,17 @@ class WhirlProblem:
         """Modal mass of each rotor's bending, and its turning by a quarter over i."""
         system, pairs = self.system, []
         for rotor, ratio in enumerate(system.speed_ratios):
-            bends = (system.rotor_of == rotor) & ~system.is_rotation
+            bends = (system.rotor_of == rotor) & system.is_sideways
             mass = system.mass * np.outer(bends, bends)
             turned = np.sign(ratio) * mass @ system.quarter_turn
             pairs.append((self.modal(mass), self.modal(turned)))
         return pairs
+
+    @cached_property
+    def _along(self) -> Array:
+        """Modal mass of motion along the axes."""
+        is_axial = self.system.is_axial
+        return self.modal(self.system.mass * np.outer(is_axial, is_axial))
 
     def solve(self, speed: float, count: int | None = None) -> WhirlModes:
         """Lowest modes that oscillate at a speed [rad/s]; all where count is None."""
@@ -224,8 +242,12 @@ class WhirlProblem:
         strain = _products(shapes, self.system.stiffness, shapes).real
         meshes = [_products(shapes, k, shapes).real for k in self.system.mesh_stiffness]
         share = np.array(meshes).reshape(-1, values.size) / strain
-        torsion = 1.0 - energies.real.sum(axis=0) / total
-        parts = whirl, rotors, np.clip(torsion, 0.0, 1.0), share
+        axial = np.zeros(values.size)
+        if self.system.has_axial_motion:
+            axial = _products(rates, self._along, rates).real / total
+        torsion = 1.0 - energies.real.sum(axis=0) / total - axial
+        shares = np.clip(torsion, 0.0, 1.0), np.clip(axial, 0.0, 1.0), share
+        parts = whirl, rotors, *shares
         return WhirlModes(speed, values, states, shapes, *parts, growing)
 
     def _circular(

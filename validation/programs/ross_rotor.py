@@ -106,7 +106,7 @@ def their_rotor(
     """Shaft with two disks in ROSS."""
     import ross
 
-    shaft = [_their_element(0.25, 0.05) for _ in range(6)]
+    shaft = [their_element(0.25, 0.05) for _ in range(6)]
     disks = []
     for node, diameter in zip((2, 4), DISK_DIAMETERS, strict=True):
         mass, transverse, polar = disk_of(diameter)
@@ -120,7 +120,8 @@ def their_rotor(
     return ross.Rotor(shaft, disks, bearings)
 
 
-def _their_element(length: float, diameter: float) -> Any:
+def their_element(length: float, diameter: float) -> Any:
+    """Element of a shaft in ROSS, without shear."""
     import ross
 
     steel = ross.Material(
@@ -195,7 +196,7 @@ def their_gears() -> Any:
     )
     rotors = []
     for number, (shaft, disks, gear) in enumerate(parts):
-        elements = [_their_element(length, diameter) for length, diameter in shaft]
+        elements = [their_element(length, diameter) for length, diameter in shaft]
         wheels = [
             ross.DiskElement(n=n, m=m, Id=transverse, Ip=polar)
             for n, m, transverse, polar in disks
@@ -223,10 +224,13 @@ def their_gears() -> Any:
     )
 
 
-def their_frequencies(rotor: Any, speed: float) -> Array:
-    """Frequencies of motion across and about the axis [rad/s]; 6 coordinates a node."""
-    # axial motions are coupled with nothing else, in all of our rotors
-    places = np.flatnonzero(np.arange(rotor.ndof) % 6 != 2)
+def their_frequencies(rotor: Any, speed: float, axial_motion: bool = False) -> Array:
+    """Frequencies by all six coordinates of nodes [rad/s].
+
+    axial_motion : else along the axis alone, which spur gears couple with nothing, is
+        left out
+    """
+    places = np.flatnonzero(axial_motion | (np.arange(rotor.ndof) % 6 != 2))
     across = np.ix_(places, places)
     mass, stiffness = rotor.M(speed)[across], rotor.K(speed)[across]
     damping = rotor.C(speed)[across] + speed * rotor.G()[across]

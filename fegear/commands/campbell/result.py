@@ -8,6 +8,7 @@ from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from fegear.commands.campbell.rotors import Motion
 from fegear.files.codes import with_code
 from fegear.studies.page import Columns, Page, RowTable, cell, number
 from fegear.studies.result import Draw, StudyResult
@@ -70,6 +71,8 @@ class CampbellResult(StudyResult):
 
     torque : on the input gear [N m], None where nothing depends on it
     discretisation : largest relative change of a frequency with twice the elements
+    motion : of shafts, along their axes too in space
+    is_helical : whether there are helical gears
     """
 
     study: Any
@@ -82,6 +85,8 @@ class CampbellResult(StudyResult):
     critical: tuple[CriticalEntry, ...]
     unstable: tuple[UnstableSpeeds, ...]
     discretisation: float
+    motion: Motion
+    is_helical: bool
     gear_warnings: tuple[str, ...] = ()
 
     @cached_property
@@ -92,6 +97,7 @@ class CampbellResult(StudyResult):
             "torque_Nm": self.torque,
             "max_rpm": float(curves.rpm[-1]),
             "speeds": int(curves.rpm.size),
+            "motion": self.motion,
             "shafts": list(map(asdict, self.shafts)),
             "mean_stiffness": list(map(asdict, self.mean_stiffness)),
             "modes": [
@@ -101,6 +107,7 @@ class CampbellResult(StudyResult):
                         float(curves.frequency_Hz[-1, mode])
                     ),
                     "kind": curves.kind(mode),
+                    "axial_fraction": float(curves.axial[0, mode]),
                     "mesh_energy_fraction": float(curves.mesh_energy[0, mode]),
                 }
                 for mode in range(curves.count)
@@ -132,14 +139,15 @@ class CampbellResult(StudyResult):
             for number, shaft in enumerate(self.shafts, start=1)
         }
         entries = self.study.gear_set.entries
-        return {"gear set": self.gear_set, **meshes, **shafts, **entries}
+        names = {"gear set": self.gear_set, "motion": self.motion}
+        return {**names, **meshes, **shafts, **entries}
 
     @property
     def table(self) -> Table:
         """A row for every speed and mode."""
         names = (
             *("driver_speed_rpm", "mode", "frequency_Hz", "damping_ratio", "kind"),
-            *("whirl", "torsion_fraction", "mesh_energy_fraction"),
+            *("whirl", "torsion_fraction", "axial_fraction", "mesh_energy_fraction"),
         )
         return Table(names, self._rows, self._header)
 
@@ -150,15 +158,17 @@ class CampbellResult(StudyResult):
                 at = row, mode
                 if not math.isfinite(curves.frequency_Hz[at]):
                     continue
-                whirl, torsion = float(curves.whirl[at]), float(curves.torsion[at])
+                parts = curves.whirl, curves.torsion, curves.axial
+                whirl, torsion, axial = (float(part[at]) for part in parts)
                 yield (
                     rpm,
                     mode + 1,
                     float(curves.frequency_Hz[at]),
                     float(curves.damping_ratio[at]),
-                    mode_kind(whirl, torsion),
+                    mode_kind(whirl, torsion, axial),
                     whirl,
                     torsion,
+                    axial,
                     float(curves.mesh_energy[at]),
                 )
 
@@ -191,12 +201,18 @@ class CampbellResult(StudyResult):
                 f"mesh {entry.mesh}: mean stiffness {entry.stiffness_N_per_m:.5g} N/m, "
                 f"{entry.origin}"
             )
+        if self.motion == "plane" and self.is_helical:
+            yield (
+                "the helix of gears and motion along the axes are left out; motion = "
+                "space has both where bearings have bearing_kz_N_per_m"
+            )
         yield with_code(
             "E25",
             "frequencies change by at most "
             f"{number(100.0 * self.discretisation, 2)} % with twice the elements",
         )
-        yield RowTable(values["modes"], MODE_COLUMNS, f"{self.gear_set}, modes")
+        columns = MODE_COLUMNS if self.motion == "plane" else MODE_COLUMNS_IN_SPACE
+        yield RowTable(values["modes"], columns, f"{self.gear_set}, modes")
         title = f"critical speeds to {number(values['max_rpm'], 4)} rpm"
         if len(self.critical) > MAX_SHOWN:
             title += f", the first {MAX_SHOWN} of {len(self.critical)}"
@@ -219,6 +235,11 @@ MODE_COLUMNS: Columns = {
     "at highest\nspeed [Hz]": _end_text,
     "kind": lambda row: row["kind"],
     "energy in\nmeshes [%]": cell("mesh_energy_fraction", 3, 100.0),
+}
+
+MODE_COLUMNS_IN_SPACE: Columns = {
+    **MODE_COLUMNS,
+    "energy along\naxes [%]": cell("axial_fraction", 3, 100.0),
 }
 
 CRITICAL_COLUMNS: Columns = {

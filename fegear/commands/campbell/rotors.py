@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import Any, Literal
 
 from fegear.files.errors import InputError
+from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.faults.checks import require_nominal
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.leads import require_one_helix
@@ -13,6 +16,7 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet, Shaft
 from fegear.gearset.shaft_bodies import ShaftBody
 from fegear.gearset.shaft_rotors import shaft_rotor
+from fegear.gearset.yielding import missing_thrust_path
 from lumped.rotors.description import (
     Bearing,
     Disk,
@@ -24,30 +28,57 @@ from lumped.rotors.description import (
 from lumped.train.coordinates import line_of_action, rolling_sense
 from lumped.train.train import Train
 
+Motion = Literal["plane", "space"]
+
 
 def rotor_system(
-    gear_set: GearSet, mean_stiffness: Sequence[float], elements: int
+    gear_set: GearSet,
+    mean_stiffness: Sequence[float],
+    elements: int,
+    motion: Motion | None = None,
 ) -> RotorSystem:
     """Shafts, gears, bearings and meshes; InputError where a shaft is not described.
 
     mean_stiffness : of every mesh [N/m]
     elements : least number of elements of every shaft
+    motion : see `has_axial_motion`
     """
     require_nominal(gear_set, "shafts that bend")
     require_one_helix(gear_set, "shafts that bend")
     bodies = require_bodies(gear_set)
     train = train_of(gear_set, 0.0)
+    axial_motion = has_axial_motion(gear_set, motion)
     try:
         return RotorSystem(
             rotors=tuple(
                 _rotor(gear_set, train, shaft, body)
                 for shaft, body in zip(gear_set.shafts, bodies, strict=True)
             ),
-            meshes=tuple(_meshes(gear_set, train, bodies, mean_stiffness)),
+            meshes=tuple(
+                replace(mesh, **_helix(gear_set, number)) if axial_motion else mesh
+                for number, mesh in enumerate(
+                    _meshes(gear_set, train, bodies, mean_stiffness)
+                )
+            ),
             elements=elements,
+            axial_motion=axial_motion,
         )
     except RotorError as error:
         raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def has_axial_motion(gear_set: GearSet, motion: Motion | None) -> bool:
+    """Whether shafts move along their axes, and helical gears have their helix.
+
+    motion : None for space where there are helical gears and the bearings of all their
+        shafts take thrust, else plane; InputError for space where they do not
+    """
+    refusal = missing_thrust_path(gear_set)
+    if motion == "space" and refusal:
+        raise InputError(f"{refusal}, or the helix left out, motion = plane")
+    if motion is None:
+        return refusal is None and any(mesh.is_helical for mesh in gear_set.meshes)
+    return motion == "space"
 
 
 def require_bodies(gear_set: GearSet) -> list[ShaftBody]:
@@ -138,6 +169,7 @@ def _meshes(
         yield MeshSpring(
             rotors=(one, other),
             positions=(first, second),
+            offsets=gear_set.width_middles(number),
             base_radii=(driver.base_radius, driven.base_radius),
             direction=line_of_action(train, mesh),
             sense=rolling_sense(train, mesh),
@@ -145,3 +177,17 @@ def _meshes(
             width=gear_set.common_width(number),
             teeth=driver.teeth,
         )
+
+
+def _helix(gear_set: GearSet, mesh: int) -> dict[str, Any]:
+    """Values of `MeshSpring` of a helical mesh, none of a spur one."""
+    pair = gear_set.meshes[mesh].pair
+    if not gear_set.meshes[mesh].is_helical:
+        return {}
+    # of a force of 1 N in the section, which the driver has the opposite one of
+    axial_force = -axial_force_on_driver(gear_set, mesh, pair.driver_arm)
+    return {
+        "base_helix_angle": math.atan(axial_force),
+        "pressure_angle": pair.operating_pressure_angle,
+        "path": (pair.path_start, pair.path_end),
+    }

@@ -19,10 +19,11 @@ from fegear.commands.campbell.result import (
     SpinningShaft,
     UnstableSpeeds,
 )
-from fegear.commands.campbell.rotors import rotor_system
+from fegear.commands.campbell.rotors import Motion, rotor_system
 from fegear.files.output import TO_TABLE
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
@@ -58,8 +59,9 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
 
     Gears are rigid bodies with two translations, two tilts and a rotation, on shafts
     of Euler-Bernoulli elements, bearings and mean mesh stiffnesses, all of which the
-    [[shaft]] tables of the gear set describe. All shafts rotate at the speeds that
-    their teeth impose.
+    [[shaft]] tables of the gear set describe. Where bearings take the thrust of helical
+    gears, shafts also move along their axes. All shafts rotate at the speeds that their
+    teeth impose.
     """
 
     pictures = PLOT
@@ -80,6 +82,12 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         12,
         "Number of elements of a shaft, at least; one ends at every part.",
         Range(2, 100),
+    )
+    motion: Motion | None = setting(
+        None,
+        "Motion of shafts. space: also along their axes, and helical gears have their "
+        "helix; plane: neither. [default: space for helical gears on shafts with "
+        "bearings that take thrust, bearing_kz_N_per_m, else plane]",
     )
     torque: float | None = torque_setting()
     stiffness: Literal["given", "fe"] = setting(
@@ -103,12 +111,14 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         yield Task("diagram", partial(self._solve, gears, load))
 
     def _solve(self, gears: GearSet, load: float | None, job: Job) -> CampbellResult:
-        rotor_system(gears, [1.0] * len(gears.meshes), self.elements)  # refused early
+        ones = [1.0] * len(gears.meshes)
+        rotor_system(gears, ones, self.elements, self.motion)  # refused early
         has_given_stiffness = self.stiffness == "given"
         meshes = mean_stiffnesses(
             gears, load or 0.0, self.excitation, has_given_stiffness
         )
-        system = rotor_system(gears, [k for k, _ in meshes], self.elements)
+        stiffness = [k for k, _ in meshes]
+        system = rotor_system(gears, stiffness, self.elements, self.motion)
         problem = WhirlProblem(assemble(system))
         rpm = np.linspace(0.0, self.max_rpm or default_rpm(problem), self.points)
         speeds = (RPM * rpm).tolist()
@@ -120,6 +130,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             lambda done: job.report("Campbell diagram", done, total),
         )
         lines = order_lines(gears, system)
+        warnings_of = gear_set_warnings if system.axial_motion else motion_warnings
         return CampbellResult(
             self,
             gears.name,
@@ -139,7 +150,9 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
                 for part in unstable_ranges(problem, diagram)
             ),
             discretisation_error(system, diagram),
-            tuple(motion_warnings(gears)),
+            "space" if system.axial_motion else "plane",
+            any(mesh.is_helical for mesh in gears.meshes),
+            tuple(warnings_of(gears)),
         )
 
 
@@ -188,6 +201,7 @@ def _campbell_curves(diagram: Campbell, rpm: Array) -> CampbellCurves:
         damping_ratio=diagram.damping_ratio + 0.0,
         whirl=diagram.whirl,
         torsion=diagram.torsion,
+        axial=diagram.axial,
         mesh_energy=diagram.mesh_energy,
     )
 
@@ -222,7 +236,7 @@ def _critical_entry(
         order=line.order,
         driver_speed_rpm=speed.speed / RPM,
         frequency_Hz=speed.frequency / (2.0 * math.pi),
-        kind=mode_kind(speed.whirl, speed.torsion),
+        kind=mode_kind(speed.whirl, speed.torsion, speed.axial),
         shaft=system.rotors[speed.rotor].name,
         whirl=speed.whirl,
         damping_ratio=speed.damping_ratio + 0.0,

@@ -106,6 +106,7 @@ HELICAL = PAIR | {"defaults": PAIR["defaults"] | {"helix_angle_deg": 12.0}}
 DOUBLE = HELICAL | {
     "gear": [gear | {"hand": "double", "gap_mm": 2.0} for gear in PAIR["gear"]]
 }
+HELICAL_BENT = HELICAL | {"shaft": BENT["shaft"]}
 GEAR_KEYS = {
     "name": Key("z"),
     "teeth": Key(20, (*TEETH, ONE_SWEEP)),
@@ -367,7 +368,7 @@ SHAFT_VALUES: Tables = {
 }
 SHAFT_KEYS = {
     **{name: Key(value, (CAMPBELL,), BENT) for name, value in SHAFT_VALUES.items()},
-    "bearing_kz_N_per_m": Key([0.0, 3e7], (SHOWN,), BENT),
+    "bearing_kz_N_per_m": Key([0.0, 3e7], (SHOWN, CAMPBELL), HELICAL_BENT),
 }
 LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}
 SHIFTED = PAIR | {

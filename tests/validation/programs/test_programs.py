@@ -8,7 +8,13 @@ import numpy as np
 import pytest
 
 import fegear
-from validation.programs import exudyn_pair, fmu_pair, opentorsion_train, ross_rotor
+from validation.programs import (
+    exudyn_pair,
+    fmu_pair,
+    opentorsion_train,
+    ross_helical,
+    ross_rotor,
+)
 from validation.programs.comparison import (
     ComparedValue,
     compare_motions,
@@ -20,7 +26,7 @@ from validation.programs.comparison import (
 from validation.programs.export_files import FMU, LINEAR, write_files
 from validation.programs.exported_pair import ExportedPair, MeshMotion, read_pair
 
-RECORDED = "exudyn", "opentorsion", "ross", "ross_rotor", "fmu"
+RECORDED = "exudyn", "opentorsion", "ross", "ross_rotor", "ross_helical", "fmu"
 
 
 @pytest.fixture(scope="module")
@@ -65,6 +71,16 @@ def test_spinning_rotors_have_the_recorded_frequencies_of_ross():
     assert len(rows) == len(recorded_rows("ross_rotor")) - ross_rotor.CRITICAL_SPEEDS
     for row in rows:
         assert abs(row.difference) < 1e-6, row.quantity  # per cent
+
+
+def test_a_helical_pair_has_the_recorded_frequencies_of_ross():
+    """Ours, computed anew, beside those of ROSS with its mesh mended."""
+    rows = ross_helical.compare_recorded()
+    assert len(rows) == len(recorded_rows("ross_helical"))
+    judged = [row for row in rows if row.tolerance]
+    assert len(judged) == 2 * ross_helical.COUNT
+    for row in judged:
+        assert abs(row.difference) < 1e-7, row.quantity  # per cent
 
 
 def test_a_row_is_judged_by_its_scale_and_tolerance():
