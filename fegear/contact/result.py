@@ -110,6 +110,11 @@ class FaceLoads(ShortRepr):
     load_change : (t, s, k, m, c) array
         Slopes of the load by the changes of `fegear.contact.width.flank_changes`
         [N/m^2]; of no positions where they were not asked for.
+    rigid_stiffness : (t, n, 11, 11) array
+        Stiffness of the teeth at the load against rigid motions of both gears: slopes
+        of the loads that belong to the transmission error and to the motions of the
+        axes of driver and driven gear, see `fegear.contact.width.supports`. Of no
+        motions where axes are held.
     groove : float
         Width between the halves of double helical gears, in the middle, else 0 [m].
     """
@@ -125,6 +130,7 @@ class FaceLoads(ShortRepr):
     arc: Annotated[Array, Over("tnkmg")]
     coupling: Annotated[Array, Over("tnkk")]
     load_change: Annotated[Array, Over("tskmc")]
+    rigid_stiffness: Annotated[Array, Over("tnqq")]
     groove: float = 0.0
 
     @property

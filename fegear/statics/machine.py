@@ -71,6 +71,20 @@ class MachineAtRest:
         """Motions (g, 5) of the axes in the middle of every gear [m and rad]."""
         return np.einsum("gihj,hj->gi", self.axes.compliance, self.loads_on_gears)
 
+    @cached_property
+    def mesh_stiffness(self) -> Array:
+        """Stiffness of the teeth of all meshes (meshes, 11, 11), mean over the cycle.
+
+        Against the transmission error and the motions of both axes; NaN of a mesh
+        without torque.
+        """
+        size = 1 + 2 * MOTIONS
+        result = np.full((len(self.cycles), size, size), np.nan)
+        for mesh, cycle in enumerate(self.cycles):
+            if cycle is not None and cycle.face.rigid_stiffness.size:
+                result[mesh] = cycle.face.rigid_stiffness[0].mean(axis=0)
+        return result
+
 
 def machine_at_rest(
     gear_set: GearSet,

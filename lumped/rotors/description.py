@@ -17,6 +17,7 @@ POSITION_RTOL = 1e-9  # of a length, below which two positions are one
 # Over the length of the shaft: sections are not shorter, and parts that are closer to a
 # node are on a rigid arm, for stiffnesses of elements grow with the cube of the inverse
 MIN_ELEMENT = 1e-3
+RIGID_MOTIONS = 11  # of two gears in mesh: the transmission error, and five each
 RIGHT_ANGLE = 0.5 * math.pi
 
 
@@ -196,6 +197,10 @@ class MeshSpring:
     path : roll lengths of the driver at start and end of contact, negative of an
         internal driver, needed for helical gears; the same twice for teeth that touch
         in one point of the section [m]
+    matrix : (11, 11) stiffness against the transmission error and the motions of driver
+        and driven gear, in place of `stiffness` spread evenly: displacements along the
+        push, along the normal from the driver's centre to the line of action and along
+        the axis, and slopes of the first two over the axis [N/m, N and N m]
     """
 
     rotors: tuple[int, int]
@@ -214,11 +219,18 @@ class MeshSpring:
         default=None, metadata={"allowed": Range(above=0.0, below=RIGHT_ANGLE)}
     )
     path: tuple[float, float] | None = None
+    matrix: tuple[tuple[float, ...], ...] | None = None
 
     def __post_init__(self) -> None:
         require_fields(self)
         if abs(math.hypot(*self.direction) - 1.0) > POSITION_RTOL:
             raise RotorError(f"direction = {self.direction}; must be a unit vector")
+        counts = [len(row) for row in self.matrix or ()]
+        if counts and counts != [RIGID_MOTIONS] * RIGID_MOTIONS:
+            raise RotorError(
+                f"matrix has rows of {counts} values; must be {RIGID_MOTIONS} rows of "
+                f"{RIGID_MOTIONS}"
+            )
         for name in ("pressure_angle", "path"):
             if self.base_helix_angle and getattr(self, name) is None:
                 angle = format_number(self.base_helix_angle)

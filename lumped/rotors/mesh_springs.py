@@ -8,7 +8,7 @@ import numpy as np
 
 from lumped.common.array_types import Array
 from lumped.rotors.beams import AXIAL_COORDINATE, ROTATION, TILT_X, TILT_Y, X, Y
-from lumped.rotors.description import MeshSpring
+from lumped.rotors.description import RIGID_MOTIONS, MeshSpring
 from lumped.rotors.gyroscopic import GyroscopicSystem, node_at
 
 
@@ -61,9 +61,35 @@ def mesh_matrix(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
     """Stiffness (n, n) of a mesh that is spread evenly over its plane of action.
 
     Both coordinates of the plane vary independently of each other, by b^2 / 12 over the
-    face width and by l^2 / 12 over the path of contact.
+    face width and by l^2 / 12 over the path of contact. Or that of a matrix which the
+    mesh has.
     """
+    if mesh.matrix is not None:
+        motions = _rigid_motions(result, mesh)
+        return np.asarray(motions.T @ np.array(mesh.matrix) @ motions)
     row, slope = mesh_rows(result, mesh)
     along_path = math.tan(mesh.base_helix_angle) * mesh.path_length
     tilting = mesh.width**2 / 12.0 + along_path**2 / 12.0
     return mesh.stiffness * (np.outer(row, row) + tilting * np.outer(slope, slope))
+
+
+def _rigid_motions(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
+    """Motions (11, n) of both gears per displacement, see `MeshSpring`."""
+    motions = np.zeros((RIGID_MOTIONS, result.size))
+    push = np.array(mesh.direction)
+    normal = mesh.sense * np.array([push[1], -push[0]])
+    for gear in range(2):
+        rotor, position = mesh.rotors[gear], mesh.positions[gear]
+        at, first = result.index(rotor, position, "x"), 1 + 5 * gear
+        nodes = result.nodes[rotor]
+        arm = position - nodes[node_at(nodes, position)]
+        for row, direction in ((first, push), (first + 1, normal)):
+            motions[row, [at + X, at + Y]] = direction
+            # a slope of y is the opposite of the tilt about x
+            motions[row + 3, [at + TILT_Y, at + TILT_X]] = direction[0], -direction[1]
+            motions[row] += arm * motions[row + 3]
+        if result.has_axial_motion:
+            along = result.index(rotor, position, AXIAL_COORDINATE)
+            motions[first + 2, along] = 1.0
+        motions[0, at + ROTATION] = mesh.sense * mesh.base_radii[gear]
+    return motions

@@ -17,6 +17,7 @@ from fegear.gearset.model import Gear, GearSet, Shaft
 from fegear.gearset.shaft_bodies import ShaftBody
 from fegear.gearset.shaft_rotors import shaft_rotor
 from fegear.gearset.yielding import missing_thrust_path
+from lumped.common.array_types import Array
 from lumped.rotors.description import (
     Bearing,
     Disk,
@@ -36,12 +37,15 @@ def rotor_system(
     mean_stiffness: Sequence[float],
     elements: int,
     motion: Motion | None = None,
+    matrices: Sequence[Array] = (),
 ) -> RotorSystem:
     """Shafts, gears, bearings and meshes; InputError where a shaft is not described.
 
     mean_stiffness : of every mesh [N/m]
     elements : least number of elements of every shaft
     motion : see `has_axial_motion`
+    matrices : of every mesh, see `MeshSpring.matrix`; none where stiffnesses are spread
+        evenly over the planes of action
     """
     require_nominal(gear_set, "shafts that bend")
     require_one_helix(gear_set, "shafts that bend")
@@ -55,7 +59,9 @@ def rotor_system(
                 for shaft, body in zip(gear_set.shafts, bodies, strict=True)
             ),
             meshes=tuple(
-                replace(mesh, **_helix(gear_set, number)) if axial_motion else mesh
+                replace(mesh, **_in_space(gear_set, number, matrices))
+                if axial_motion
+                else mesh
                 for number, mesh in enumerate(
                     _meshes(gear_set, train, bodies, mean_stiffness)
                 )
@@ -177,6 +183,15 @@ def _meshes(
             width=gear_set.common_width(number),
             teeth=driver.teeth,
         )
+
+
+def _in_space(
+    gear_set: GearSet, mesh: int, matrices: Sequence[Array]
+) -> dict[str, Any]:
+    """Values of `MeshSpring` of a mesh whose gears move in space."""
+    if not len(matrices):
+        return _helix(gear_set, mesh)
+    return {"matrix": tuple(map(tuple, matrices[mesh].tolist()))}
 
 
 def _helix(gear_set: GearSet, mesh: int) -> dict[str, Any]:

@@ -19,11 +19,13 @@ from fegear.commands.campbell.result import (
     SpinningShaft,
     UnstableSpeeds,
 )
-from fegear.commands.campbell.rotors import Motion, rotor_system
+from fegear.commands.campbell.rotors import Motion, has_axial_motion, rotor_system
+from fegear.files.errors import InputError
 from fegear.files.output import TO_TABLE
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
@@ -113,12 +115,9 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
     def _solve(self, gears: GearSet, load: float | None, job: Job) -> CampbellResult:
         ones = [1.0] * len(gears.meshes)
         rotor_system(gears, ones, self.elements, self.motion)  # refused early
-        has_given_stiffness = self.stiffness == "given"
-        meshes = mean_stiffnesses(
-            gears, load or 0.0, self.excitation, has_given_stiffness
-        )
+        meshes, matrices = self._stiffnesses(gears, load or 0.0, job)
         stiffness = [k for k, _ in meshes]
-        system = rotor_system(gears, stiffness, self.elements, self.motion)
+        system = rotor_system(gears, stiffness, self.elements, self.motion, matrices)
         problem = WhirlProblem(assemble(system))
         rpm = np.linspace(0.0, self.max_rpm or default_rpm(problem), self.points)
         speeds = (RPM * rpm).tolist()
@@ -154,6 +153,37 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             any(mesh.is_helical for mesh in gears.meshes),
             tuple(warnings_of(gears)),
         )
+
+    def _stiffnesses(
+        self, gears: GearSet, load: float, job: Job
+    ) -> tuple[list[tuple[float, str]], Sequence[Array]]:
+        """Mean stiffness of every mesh, where it is from, and matrices where gears
+        move in space and teeth are solved.
+        """
+        statics = replace(self.excitation.statics, shafts=None)
+        in_space = has_axial_motion(gears, self.motion)
+        is_solid = statics.plane_of(gears) == "width"
+        if self.stiffness == "given" or not (in_space and is_solid):
+            is_given = self.stiffness == "given"
+            return mean_stiffnesses(gears, load, self.excitation, is_given), ()
+        from fegear.statics.machine import machine_at_rest
+
+        torques = mesh_torques_at(gears, load)
+        for number, torque in enumerate(torques, start=1):
+            if not torque:
+                raise InputError(
+                    f"{gears.name}: mesh {number} has no torque; every mesh needs one "
+                    "for the stiffness of teeth in contact"
+                )
+        on_shafts = statics.on_shafts(gears)
+        machine = machine_at_rest(on_shafts, load, statics, job.report)
+        at = "finite elements at {:g} N m on the driver, on shafts that yield"
+        matrices = tuple(machine.mesh_stiffness)
+        meshes = [
+            (float(matrix[0, 0]), at.format(torque))
+            for matrix, torque in zip(matrices, torques, strict=True)
+        ]
+        return meshes, matrices
 
 
 def default_rpm(problem: WhirlProblem) -> float:

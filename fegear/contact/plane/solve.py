@@ -255,4 +255,5 @@ def _uniform_loads(
         arc=cells.arc[..., None, :],
         coupling=np.empty((*cells.shape[:2], 0, 0)),
         load_change=np.empty((cells.shape[0], 0, cells.shape[2], 1, 0)),
+        rigid_stiffness=np.empty((*cells.shape[:2], 0, 0)),
     )

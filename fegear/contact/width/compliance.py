@@ -165,15 +165,21 @@ class FaceCompliance:
                 total += np.where(offset == value, part, 0.0)
             images = self._images(gear, flank, parts)
             total += np.where(offset == 0, images, 0.0)
-        if self.face.supports is not None:
-            total += self.face.supports.compliance_between(self.unit_wrenches(parts))
-        return 0.5 * (total + total.T)
+        # bearings alone may push otherwise than they are pushed
+        of_supports = self.of_supports(self.unit_wrenches(parts))
+        return 0.5 * (total + total.T) + of_supports
 
     def unit_wrenches(self, parts: LineParts) -> tuple[Array, Array]:
         """See `fegear.contact.width.supports.unit_wrenches`."""
         helix = self.face.driver.kernel.base_helix_angle
         driver, driven = (parts.place + offset for offset in self.face.offsets)
         return unit_wrenches(self.gears, helix, parts.arcs, (driver, driven))
+
+    def of_supports(self, wrenches: tuple[Array, Array]) -> Array:
+        """Share (p, p) of axes that yield, by the wrenches of the parts [m/N]."""
+        if self.face.supports is None:
+            return np.zeros((len(wrenches[0]), len(wrenches[0])))
+        return self.face.supports.compliance_between(wrenches)
 
     def moved_away(self, parts: LineParts, load: Array) -> Array | None:
         """Gap along the normal (p,) that axes open which yield under forces (p,) [m].

@@ -217,6 +217,19 @@ class Slices:
         may_touch = lines.gap < solved.ste - away / closing
         return float(lines.gap[may_touch].max(initial=solved.ste))
 
+    def rigid_stiffness(self, solved: SliceLoads) -> Array:
+        """Stiffness (11, 11) of the teeth in contact against rigid motions of gears.
+
+        Motions are the transmission error and those of both axes, which are held here:
+        what they yield is taken out of the compliance.
+        """
+        touches = np.flatnonzero(solved.load > 0.0)
+        parts = self.parts.chosen(touches)
+        wrenches = self.compliance.unit_wrenches(parts)
+        tangent = solved.tangent - self.compliance.of_supports(wrenches)
+        approach = np.column_stack([self.closing[touches], *(-p for p in wrenches)])
+        return np.asarray(approach.T @ np.linalg.solve(tangent, approach))
+
     def slopes_of(
         self,
         solved: SliceLoads,

@@ -22,6 +22,7 @@ from fegear.contact.width.flank_changes import (
 )
 from fegear.contact.width.lines import FaceSolver, Touches, pairs_over_width
 from fegear.contact.width.slices import SliceLoads, Slices, touching_slices
+from fegear.contact.width.supports import MOTIONS
 from fegear.gearset.modifications import LEAD_SIZES
 from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
@@ -113,6 +114,7 @@ def _empty_cycle(
     sizes |= {"m": face.slices, "g": 2, "l": len(LEAD_SIZES), "c": len(changes)}
     sizes["s"] = places.position.size if changes else 0
     sizes["h"] = sought_depths(solver.problem) if changes else 0
+    sizes["q"] = 0 if face.supports is None else 1 + 2 * MOTIONS
     twist_lead = pair.driver.base_radius * face.driver.kernel.twist * face.places
     loads = empty_values(
         FaceLoads,
@@ -180,6 +182,8 @@ def _store(
     chosen[slices.parts.pair, np.arange(slices.index.size)] = weight[slices.index]
     others = 1.0 - np.eye(count)
     face.coupling[at] = others * (chosen @ slices.smooth @ chosen.T) / cosine**2
+    if cycle.face.rigid_stiffness.size:
+        cycle.face.rigid_stiffness[at] = slices.rigid_stiffness(solved)
     length = np.zeros((count, m))
     np.add.at(length, (parts.pair, lines.slices), parts.length)
     weighted = parts.length[:, None] * parts.arcs

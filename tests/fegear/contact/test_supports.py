@@ -133,3 +133,32 @@ def test_back_flanks_refuse_axes_of_drive_flanks():
     contact = supported(problem())
     with pytest.raises(ValueError, match="drive flanks"):
         _ = contact.solver.of_back_flanks
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_stiffness_against_rigid_motions_is_that_of_moved_axes(kind):
+    """At a constant torque, by small motions of either axis."""
+    contact = supported(problem(gap=slope(3e-6), corner_contact=False, **CASES[kind]))
+    base = solve_cycle(contact, TORQUE, PLACES)
+    at, step = 0, 1e-9
+    stiffness = base.face.rigid_stiffness[0, at]
+    assert stiffness == pytest.approx(stiffness.T, rel=1e-9, abs=1e-9 * stiffness.max())
+    assert stiffness[0, 0] == pytest.approx(base.local_stiffness[0, at], rel=0.1)
+    before = np.concatenate(loads_of(contact, base, at))
+    for gear in range(2):
+        for motion in range(MOTIONS):
+            q = np.zeros(MOTIONS)
+            q[motion] = step if motion < 3 else step / WIDTH
+            axes = [HELD, HELD]
+            axes[gear] = moved(*q)
+            after = solve_cycle(supported(contact, *axes), TORQUE, PLACES)
+            change = after.ste[0, at] - base.ste[0, at]
+            rigid = np.concatenate([[change], *(np.zeros(MOTIONS),) * 2])
+            rigid[1 + MOTIONS * gear :][:MOTIONS] = q
+            # loads on the gears are against the stiffness of their motions
+            expected = -(stiffness @ rigid)[1:]
+            loads = np.concatenate(loads_of(contact, after, at)) - before
+            force = stiffness[0, 0] * step
+            scale = np.array([force] * 3 + [force * WIDTH] * 2)
+            assert (np.abs(loads - expected) < 0.02 * np.tile(scale, 2)).all()
+            assert abs(stiffness[0] @ rigid) < 0.02 * force
