@@ -5,7 +5,7 @@ from fegear.studies.registry import Command
 COMMANDS = (
     Command(
         "shafts",
-        "Deflection of shafts, loads on bearings, and what they do to meshes.",
+        "Deflections of shafts, and loads on bearings and meshes.",
         __name__,
         "LoadedShafts",
         section="Statics",

@@ -9,13 +9,12 @@ from itertools import pairwise
 import numpy as np
 
 from fegear.contact.problem import ContactProblem
-from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.axes import SLOPES
-from fegear.statics.machine import MachineAtRest
+from fegear.statics.machine import MachineAtRest, mean_loads
 from fegear.statics.mesh_table import mesh_name
 from lumped.common.array_types import Array
 from lumped.rotors.matrices import section_at
@@ -72,8 +71,10 @@ class MeshOnShafts:
         that at the near end, by tilted axes [m]
     by_shafts, by_bearings : parts of it that driver and driven gear have from the
         bending of their shafts and from their bearings [m]
-    away : lead slope of either gear that takes the misalignment away, over the whole
-        face width of that gear [m]
+    to_mend : misalignment under the loads of axes that are held, which are those of all
+        meshes once leads take their misalignments away [m]
+    away : lead slope of either gear that does so, over the whole face width of that
+        gear [m]
     """
 
     number: int
@@ -89,6 +90,7 @@ class MeshOnShafts:
     misalignment: float
     by_shafts: tuple[float, float]
     by_bearings: tuple[float, float]
+    to_mend: float
     away: tuple[float, float]
 
 
@@ -169,56 +171,74 @@ def _imbalance(loads: Sequence[ShaftLoad], solution: ShaftSolution) -> float:
 
 def meshes_on_shafts(machine: MachineAtRest) -> Iterator[MeshOnShafts]:
     """Meshes that carry load, with the parts of their misalignments."""
-    by_bearings = _motions_by_bearings(machine)
-    for mesh, cycle in enumerate(machine.cycles):
-        if cycle is not None:
-            yield _mesh_on_shafts(machine, mesh, cycle, by_bearings)
+    held, by_bearings = _with_held_axes(machine), _motions_by_bearings(machine)
+    for mesh, (cycle, held_cycle) in enumerate(
+        zip(machine.cycles, held.cycles, strict=True)
+    ):
+        if cycle is None or held_cycle is None:
+            continue
+        total, of_bearings, to_mend = (
+            _gaps_of_tilts(machine, mesh, motions)
+            for motions in (machine.motions, by_bearings, held.motions)
+        )
+        of_shafts = total - of_bearings
+        face, held_face = cycle.face, held_cycle.face
+        yield MeshOnShafts(
+            number=mesh + 1,
+            name=mesh_name(machine.gear_set, mesh),
+            torque=float(cycle.torque[0]),
+            width=machine.gear_set.common_width(mesh),
+            place=face.place,
+            per_width=face.per_width[0].mean(axis=0),
+            held_per_width=held_face.per_width[0].mean(axis=0),
+            factor=float(face.distribution_factor[0]),
+            held_factor=float(held_face.distribution_factor[0]),
+            center=float(face.center[0].mean()),
+            misalignment=float(total.sum()),
+            by_shafts=(float(of_shafts[0]), float(of_shafts[1])),
+            by_bearings=(float(of_bearings[0]), float(of_bearings[1])),
+            to_mend=float(to_mend.sum()),
+            away=_opposite_slopes(machine.gear_set, mesh, float(to_mend.sum())),
+        )
 
 
-def _mesh_on_shafts(
-    machine: MachineAtRest, mesh: int, cycle: ContactCycle, by_bearings: Array
-) -> MeshOnShafts:
-    gear_set = machine.gear_set
-    spec, width = gear_set.meshes[mesh], gear_set.common_width(mesh)
-    held = solve_cycle(
-        _with_held_axes(machine.problems[mesh]), cycle.torque, cycle.position
-    )
-    frame, gears = machine.axes.frames[mesh], list(spec.gears)
+def _gaps_of_tilts(machine: MachineAtRest, mesh: int, motions: Array) -> Array:
+    """Gaps (2,) at the far end less those at the near end, by both gears [m].
+
+    motions : (g, 5) of the axes
+    """
+    gears = list(machine.gear_set.meshes[mesh].gears)
+    slopes = (motions[gears] @ machine.axes.frames[mesh].T)[:, SLOPE_ALONG_PUSH]
     # the driven gear yields along the push of the driver, which opens a gap
-    opens = width * np.array([-1.0, 1.0])
-    total, of_bearings = (
-        opens * (motions[gears] @ frame.T)[:, SLOPE_ALONG_PUSH]
-        for motions in (machine.motions, by_bearings)
-    )
-    of_shafts = total - of_bearings
-    misalignment = float(total.sum())
-    face, held_face = cycle.face, held.face
-    return MeshOnShafts(
-        number=mesh + 1,
-        name=mesh_name(gear_set, mesh),
-        torque=float(cycle.torque[0]),
-        width=width,
-        place=face.place,
-        per_width=face.per_width[0].mean(axis=0),
-        held_per_width=held_face.per_width[0].mean(axis=0),
-        factor=float(face.distribution_factor[0]),
-        held_factor=float(held_face.distribution_factor[0]),
-        center=float(face.center[0].mean()),
-        misalignment=misalignment,
-        by_shafts=(float(of_shafts[0]), float(of_shafts[1])),
-        by_bearings=(float(of_bearings[0]), float(of_bearings[1])),
-        away=_opposite_slopes(gear_set, gears, misalignment / width),
-    )
+    width = machine.gear_set.common_width(mesh)
+    return np.asarray(width * np.array([-1.0, 1.0]) * slopes)
 
 
 def _opposite_slopes(
-    gear_set: GearSet, gears: Sequence[int], tilt: float
+    gear_set: GearSet, mesh: int, misalignment: float
 ) -> tuple[float, float]:
+    """Lead slopes of driver and driven gear over their whole widths [m]."""
+    tilt = misalignment / gear_set.common_width(mesh)
+    gears = gear_set.meshes[mesh].gears
     driver, driven = (-tilt * gear_set.gears[gear].face_width for gear in gears)
     return driver, driven
 
 
-def _with_held_axes(problem: ContactProblem) -> ContactProblem:
+def _with_held_axes(machine: MachineAtRest) -> MachineAtRest:
+    """The machine with contacts and loads of axes that are held."""
+    problems = tuple(map(_on_held_axes, machine.problems))
+    cycles = tuple(
+        None if cycle is None else solve_cycle(problem, cycle.torque, cycle.position)
+        for problem, cycle in zip(problems, machine.cycles, strict=True)
+    )
+    loads = np.zeros_like(machine.loads)
+    for mesh, (problem, cycle) in enumerate(zip(problems, cycles, strict=True)):
+        if cycle is not None:
+            loads[mesh] = mean_loads(problem, cycle)
+    return replace(machine, problems=problems, cycles=cycles, loads=loads)
+
+
+def _on_held_axes(problem: ContactProblem) -> ContactProblem:
     if not isinstance(problem.solver, WidthContact):
         return problem
     return replace(problem, solver=replace(problem.solver, supports=None))

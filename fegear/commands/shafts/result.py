@@ -141,8 +141,9 @@ class LoadedShaftsResult(StudyResult):
     def _lead_line(self, mesh: MeshOnShafts) -> str:
         driver, driven = (f"{1e6 * slope:.3g}" for slope in mesh.away)
         return (
-            f"mesh {mesh.number}: a lead slope takes the misalignment away, slope_um = "
-            f"{driver} of driver_lead or {driven} of driven_lead; the best lead: "
+            f"mesh {mesh.number}: with the load where it is with axes held, the "
+            f"misalignment is {1e6 * mesh.to_mend:.3g} um; slope_um = {driver} of "
+            f"driver_lead or {driven} of driven_lead takes it away; the best lead: "
             f"{self._relief_command(mesh)}"
         )
 
@@ -229,6 +230,7 @@ def _mesh_row(mesh: MeshOnShafts) -> dict[str, Any]:
         "load_center_mm": 1e3 * mesh.center,
         "misalignment_um": 1e6 * mesh.misalignment,
         **{f"{part}_um": value for part, value in zip(PARTS, in_order, strict=True)},
+        "misalignment_of_held_load_um": 1e6 * mesh.to_mend,
         "driver_lead_slope_um": 1e6 * driver,
         "driven_lead_slope_um": 1e6 * driven,
     }

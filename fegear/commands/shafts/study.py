@@ -29,7 +29,7 @@ MODEL = "shafts under the forces of teeth"
 
 @dataclass(frozen=True, kw_only=True)
 class LoadedShafts(Study, command="shafts", example="shafts helical-machine"):
-    """Deflection of shafts, loads on bearings, and what they do to meshes.
+    """Deflections of shafts, and loads on bearings and meshes.
 
     Shafts with sections and bearings bend under the forces of teeth, whose places over
     the face width depend on how the axes tilt. Forces are means over a mesh cycle,
