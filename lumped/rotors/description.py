@@ -96,8 +96,8 @@ class Bearing:
     stiffness : kxx, kxy, kyx, kyy, forces along the first axis by displacements along
         the second [N/m]
     damping : likewise [N s/m]
-    axial_stiffness, axial_damping : along the axis, 0 of a floating bearing; read where
-        shafts move along their axes [N/m], [N s/m]
+    axial_stiffness, axial_damping : along the axis, 0 of a floating bearing; read by
+        `statics` and where shafts move along their axes [N/m], [N s/m]
     tilt_stiffness : moment per angle about both diameters [N m/rad]
     torsional_stiffness : of a spring to ground about the axis [N m/rad]
     """
@@ -252,9 +252,8 @@ class MeshSpring:
         a pair with an internal gear.
         """
         driver = 0.5 * sum(self.path or (0.0, 0.0))
-        return driver, sum(self.base_radii) * math.tan(
-            self.pressure_angle or 0.0
-        ) - driver
+        line = sum(self.base_radii) * math.tan(self.pressure_angle or 0.0)
+        return driver, line - driver
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -262,9 +261,9 @@ class RotorSystem:
     """Rotors and the meshes between them.
 
     elements : least number of elements of every shaft, which are about equally long
-    axial_motion : whether shafts move along their axes; else they are held in place. A
-        choice of the whole machine, since without it no matrix has a row that is not
-        needed, and no shaft without axial stiffness a rigid motion more
+    axial_motion : whether shafts move along their axes; else they are held in place.
+        One choice for the whole machine, whose coordinates along axes follow all
+        others, leaves matrices and modes of machines without it as they are
     """
 
     rotors: tuple[Rotor, ...]
