@@ -160,20 +160,32 @@ def _supported(
 
 def mean_loads(problem: ContactProblem, cycle: ContactCycle) -> Array:
     """Loads (2, 5) on driver and driven gear, mean over the positions of a cycle."""
+    return np.asarray(loads_on_axes(problem, cycle).mean(axis=0))
+
+
+def loads_on_axes(problem: ContactProblem, cycle: ContactCycle) -> Array:
+    """Loads (n, 2, 5) on driver and driven gear at the positions of a cycle.
+
+    At its first torque; see `fegear.contact.width.supports`.
+    """
     face, solver = cycle.face, problem.solver
     offsets: Sequence[float] = (0.0, 0.0)
     if isinstance(solver, WidthContact):
         offsets = solver.offsets
-    force = face.load[0] * face.slice_length / cycle.position.size
-    arcs = face.arc[0].reshape(-1, 2)
+    force = face.load[0] * face.slice_length
     place = np.broadcast_to(face.place, force.shape).ravel()
     wrenches = unit_wrenches(
         (problem.pair.driver, problem.pair.driven),
         face.base_helix_angle,
-        arcs,
+        face.arc[0].reshape(-1, 2),
         (place + offsets[0], place + offsets[1]),
     )
-    return np.array([force.ravel() @ wrench for wrench in wrenches])
+    of_slices = force.reshape(len(force), -1, 1)
+    by_gear = [
+        (of_slices * wrench.reshape(len(force), -1, MOTIONS)).sum(axis=1)
+        for wrench in wrenches
+    ]
+    return np.stack(by_gear, axis=1)
 
 
 def loaded_problem(

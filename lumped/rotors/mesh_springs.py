@@ -65,7 +65,7 @@ def mesh_matrix(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
     mesh has.
     """
     if mesh.matrix is not None:
-        motions = _rigid_motions(result, mesh)
+        motions = rigid_motions(result, mesh)
         return np.asarray(motions.T @ np.array(mesh.matrix) @ motions)
     row, slope = mesh_rows(result, mesh)
     along_path = math.tan(mesh.base_helix_angle) * mesh.path_length
@@ -73,7 +73,7 @@ def mesh_matrix(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
     return mesh.stiffness * (np.outer(row, row) + tilting * np.outer(slope, slope))
 
 
-def _rigid_motions(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
+def rigid_motions(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
     """Motions (11, n) of both gears per displacement, see `MeshSpring`."""
     motions = np.zeros((RIGID_MOTIONS, result.size))
     push = np.array(mesh.direction)

@@ -175,6 +175,15 @@ class WhirlProblem:
             values, states, rates, growing = self._solve_general(speed, count)
         return self._described(speed, values, states, rates, growing)
 
+    def at_speed(self, speed: float) -> tuple[Array, Array]:
+        """Modal stiffness and damping (k, k) at a speed [rad/s], gyroscopic forces
+        among the latter.
+        """
+        skew, circulatory, centripetal = self._added_stiffness
+        stiffness = np.diag(self.squares) + skew + speed * circulatory
+        stiffness -= speed**2 * centripetal
+        return stiffness, self.damping + speed * self.gyroscopic
+
     def _solve_hermitian(
         self, speed: float, count: int | None
     ) -> tuple[Complex, Complex, Complex]:
@@ -198,12 +207,9 @@ class WhirlProblem:
         self, speed: float, count: int | None
     ) -> tuple[Complex, Complex, Complex, Complex]:
         number = self.squares.size
-        skew, circulatory, centripetal = self._added_stiffness
-        stiffness = np.diag(self.squares) + skew + speed * circulatory
-        stiffness -= speed**2 * centripetal
+        stiffness, damping = self.at_speed(speed)
         positive = np.abs(self.squares[self.squares != 0.0])
         scale = np.sqrt(np.maximum(np.abs(self.squares), positive.min(initial=1.0)))
-        damping = self.damping + speed * self.modal(self.system.gyroscopic)
         matrix = np.block(
             [
                 [np.zeros((number, number)), np.diag(scale)],

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
+from fegear.commands.campbell.response import MachineResponse, draw_response
 from fegear.commands.campbell.rotors import Motion
 from fegear.files.codes import with_code
 from fegear.studies.page import Columns, Page, RowTable, cell, number
@@ -63,6 +64,18 @@ class UnstableSpeeds:
 
 
 MAX_SHOWN = 24  # critical speeds on the screen
+BEARING_COLUMNS = (
+    *("driver_speed_rpm", "shaft", "position_m"),
+    *("force_x_rms_N", "force_y_rms_N", "force_z_rms_N"),
+)
+MESH_COLUMNS = (
+    *("driver_speed_rpm", "mesh", "force_rms_N"),
+    *("peak_force_N", "mean_force_N"),
+)
+BEARING_TITLE = (
+    "Largest vibration of bearings over the speed, excited by the meshes, RMS"
+)
+MESH_TITLE = "Largest vibration of the force between teeth over the speed, RMS"
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +86,7 @@ class CampbellResult(StudyResult):
     discretisation : largest relative change of a frequency with twice the elements
     motion : of shafts, along their axes too in space
     is_helical : whether there are helical gears
+    response : vibration excited by the meshes, None where their teeth are not solved
     """
 
     study: Any
@@ -88,6 +102,7 @@ class CampbellResult(StudyResult):
     motion: Motion
     is_helical: bool
     gear_warnings: tuple[str, ...] = ()
+    response: MachineResponse | None = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -115,7 +130,12 @@ class CampbellResult(StudyResult):
             "critical_speeds": list(map(asdict, self.critical)),
             "instabilities": list(map(asdict, self.unstable)),
             "discretisation_error": finite_or_none(self.discretisation),
-            "warnings": [*self.gear_warnings, *self._instability_warnings()],
+            "vibration": self.response and self.response.largest(),
+            "warnings": [
+                *self.gear_warnings,
+                *self._instability_warnings(),
+                *self._contact_warnings(),
+            ],
         }
 
     def _instability_warnings(self) -> Iterator[str]:
@@ -130,6 +150,20 @@ class CampbellResult(StudyResult):
                     else ""
                 ),
             )
+
+    def _contact_warnings(self) -> Iterator[str]:
+        if self.response is None:
+            return
+        for mesh, lost in enumerate(self.response.may_lose_contact.T, start=1):
+            if lost.any():
+                rpm = self.response.rpm[lost]
+                yield with_code(
+                    "W68",
+                    f"mesh {mesh}: the force between teeth may vanish at "
+                    f"{int(lost.sum())} of {lost.size} speeds, from "
+                    f"{number(float(rpm[0]), 4)} to {number(float(rpm[-1]), 4)} rpm; "
+                    "vibration is that of teeth in contact",
+                )
 
     @property
     def _header(self) -> dict[str, str]:
@@ -174,14 +208,23 @@ class CampbellResult(StudyResult):
 
     @property
     def more_tables(self) -> dict[str, Table]:
-        """A row for every critical speed."""
+        """A row for every critical speed, and of vibration for every speed and part."""
         names = tuple(CriticalEntry.__annotations__)
         rows = [tuple(asdict(entry).values()) for entry in self.critical]
-        return {"critical": Table(names, lambda: rows, self._header)}
+        tables = {"critical": Table(names, lambda: rows, self._header)}
+        if self.response is not None:
+            of_bearings, of_meshes = self.response.bearing_rows, self.response.mesh_rows
+            tables["bearing_forces"] = Table(BEARING_COLUMNS, of_bearings, self._header)
+            tables["mesh_forces"] = Table(MESH_COLUMNS, of_meshes, self._header)
+        return tables
 
     @property
     def figures(self) -> dict[str, Draw]:
-        return {"plot": self._draw_diagram}
+        drawn: dict[str, Draw] = {"plot": self._draw_diagram}
+        if self.response is not None:
+            title = f"{self.gear_set}: vibration excited by the meshes"
+            drawn["response"] = partial(draw_response, self.response, title)
+        return drawn
 
     def _draw_diagram(self) -> Figure:
         points = [(one.driver_speed_rpm, one.frequency_Hz) for one in self.critical]
@@ -223,6 +266,10 @@ class CampbellResult(StudyResult):
             yield f"no {title}"
         if not self.unstable:
             yield "no vibration grows at any of the speeds"
+        if values["vibration"]:
+            largest = values["vibration"]
+            yield RowTable(largest["bearings"], BEARING_ROWS, BEARING_TITLE)
+            yield RowTable(largest["meshes"], MESH_ROWS, MESH_TITLE)
 
 
 def _end_text(row: Any) -> str:
@@ -250,4 +297,20 @@ CRITICAL_COLUMNS: Columns = {
     "shaft": lambda row: row["shaft"],
     "damping\nratio": cell("damping_ratio", 3),
     "energy in\nmeshes [%]": cell("mesh_energy_fraction", 3, 100.0),
+}
+
+BEARING_ROWS: Columns = {
+    "shaft": lambda row: row["shaft"],
+    "at\n[mm]": cell("position_mm", 4),
+    "radial\n[N]": cell("radial_force_rms_N", 4),
+    "at speed\n[rpm]": cell("radial_force_at_rpm", 5),
+    "axial\n[N]": cell("axial_force_rms_N", 4),
+    "axial, at\nspeed [rpm]": cell("axial_force_at_rpm", 5),
+}
+
+MESH_ROWS: Columns = {
+    "mesh": lambda row: str(row["mesh"]),
+    "mean force\n[N]": cell("mean_force_N", 5),
+    "vibration\n[N]": cell("force_rms_N", 4),
+    "at speed\n[rpm]": cell("force_at_rpm", 5),
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
@@ -12,6 +12,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from fegear.commands.campbell.response import (
+    POSITIONS,
+    MachineResponse,
+    machine_response,
+)
 from fegear.commands.campbell.result import (
     CampbellResult,
     CriticalEntry,
@@ -21,13 +26,16 @@ from fegear.commands.campbell.result import (
 )
 from fegear.commands.campbell.rotors import Motion, has_axial_motion, rotor_system
 from fegear.files.errors import InputError
-from fegear.files.output import TO_TABLE
+from fegear.files.output import INTO_PICTURE, TO_TABLE
+from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation_settings import ExcitationSettings
+from fegear.statics.load_variation import LoadVariation, load_variation
+from fegear.statics.machine import machine_at_rest
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import group, setting
 from fegear.studies.study import PLOT, Study
@@ -49,9 +57,23 @@ from lumped.rotors.whirl import WhirlProblem, mode_kind
 
 RPM = 2.0 * math.pi / SECONDS_PER_MINUTE  # rad/s
 DEFAULT_MODE = 4  # at rest, whose frequency the fastest shaft reaches by default
-CRITICAL_TABLE = MappingProxyType(
-    {"critical": f"Write the critical speeds {TO_TABLE}."}
+VIBRATION = "needs mesh stiffnesses by finite elements and motion in space"
+TABLES = MappingProxyType(
+    {
+        "critical": f"Write the critical speeds {TO_TABLE}.",
+        "bearing_forces": "Write RMS forces of all bearings over the speed, excited by "
+        f"the meshes, {TO_TABLE}; {VIBRATION}.",
+        "mesh_forces": "Write RMS forces between the teeth of all meshes over the "
+        f"speed {TO_TABLE}; {VIBRATION}.",
+    }
 )
+PICTURES = MappingProxyType(
+    {
+        "response": "Draw RMS forces of bearings and between teeth over the speed "
+        f"{INTO_PICTURE}; {VIBRATION}."
+    }
+)
+OF_VIBRATION = "bearing_forces", "mesh_forces", "response"
 GEAR_BEARING = re.compile(r"^(gear\..*|defaults)\.bearing_k[xy]_N_per_m$")
 
 
@@ -66,8 +88,8 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
     teeth impose.
     """
 
-    pictures = PLOT
-    more_tables = CRITICAL_TABLE
+    pictures = PLOT | PICTURES
+    more_tables = TABLES
 
     gear_set: GearSetRef
     max_rpm: float | None = setting(
@@ -107,6 +129,11 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
                     key, "changes nothing here; bearings are those of [[shaft]]"
                 )
 
+    def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        for name in OF_VIBRATION:
+            if name in outputs and not self._solves_vibration(self.gear_set.loaded):
+                yield name, "needs {stiffness} fe, {motion} space and plane width"
+
     def tasks(self) -> Iterator[Task]:
         gears = self.gear_set.loaded
         load = stiffness_load(self, gears)
@@ -115,8 +142,14 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
     def _solve(self, gears: GearSet, load: float | None, job: Job) -> CampbellResult:
         ones = [1.0] * len(gears.meshes)
         rotor_system(gears, ones, self.elements, self.motion)  # refused early
-        meshes, matrices = self._stiffnesses(gears, load or 0.0, job)
+        variations: list[LoadVariation] = []
+        if self._solves_vibration(gears):
+            variations, meshes = self._loaded_meshes(gears, load or 0.0, job)
+        else:
+            is_given = self.stiffness == "given"
+            meshes = mean_stiffnesses(gears, load or 0.0, self.excitation, is_given)
         stiffness = [k for k, _ in meshes]
+        matrices = [one.stiffness for one in variations]
         system = rotor_system(gears, stiffness, self.elements, self.motion, matrices)
         problem = WhirlProblem(assemble(system))
         rpm = np.linspace(0.0, self.max_rpm or default_rpm(problem), self.points)
@@ -152,22 +185,19 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             "space" if system.axial_motion else "plane",
             any(mesh.is_helical for mesh in gears.meshes),
             tuple(warnings_of(gears)),
+            self._response(gears, system, problem, variations, rpm, job),
         )
 
-    def _stiffnesses(
-        self, gears: GearSet, load: float, job: Job
-    ) -> tuple[list[tuple[float, str]], Sequence[Array]]:
-        """Mean stiffness of every mesh, where it is from, and matrices where gears
-        move in space and teeth are solved.
-        """
-        statics = replace(self.excitation.statics, shafts=None)
-        in_space = has_axial_motion(gears, self.motion)
-        is_solid = statics.plane_of(gears) == "width"
-        if self.stiffness == "given" or not (in_space and is_solid):
-            is_given = self.stiffness == "given"
-            return mean_stiffnesses(gears, load, self.excitation, is_given), ()
-        from fegear.statics.machine import machine_at_rest
+    def _solves_vibration(self, gears: GearSet) -> bool:
+        """Whether teeth are solved whose gears move in space."""
+        is_solid = self.excitation.statics.plane_of(gears) == "width"
+        by_elements = self.stiffness == "fe" and is_solid
+        return by_elements and has_axial_motion(gears, self.motion)
 
+    def _loaded_meshes(
+        self, gears: GearSet, load: float, job: Job
+    ) -> tuple[list[LoadVariation], list[tuple[float, str]]]:
+        """Loads of all meshes over their cycles; mean stiffnesses and their origin."""
         torques = mesh_torques_at(gears, load)
         for number, torque in enumerate(torques, start=1):
             if not torque:
@@ -175,15 +205,34 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
                     f"{gears.name}: mesh {number} has no torque; every mesh needs one "
                     "for the stiffness of teeth in contact"
                 )
+        statics = replace(self.excitation.statics, shafts=None)
         on_shafts = statics.on_shafts(gears)
         machine = machine_at_rest(on_shafts, load, statics, job.report)
-        at = "finite elements at {:g} N m on the driver, on shafts that yield"
-        matrices = tuple(machine.mesh_stiffness)
-        meshes = [
-            (float(matrix[0, 0]), at.format(torque))
-            for matrix, torque in zip(matrices, torques, strict=True)
-        ]
-        return meshes, matrices
+        variations, meshes = [], []
+        for mesh, torque in enumerate(torques):
+            job.report("loads of teeth", mesh, len(torques))
+            one = load_variation(machine, mesh, POSITIONS)
+            text = f"finite elements at {torque:g} N m on the driver, on shafts that"
+            variations.append(one)
+            meshes.append((float(one.stiffness[0, 0]), f"{text} yield"))
+        return variations, meshes
+
+    def _response(
+        self,
+        gears: GearSet,
+        system: RotorSystem,
+        problem: WhirlProblem,
+        variations: list[LoadVariation],
+        rpm: Array,
+        job: Job,
+    ) -> MachineResponse | None:
+        if not variations:
+            return None
+        ratio = train_of(gears, 0.0).damping_ratio
+        place = gears, system, problem, variations, rpm, ratio
+        return machine_response(
+            *place, lambda done: job.report("vibration", done, rpm.size)
+        )
 
 
 def default_rpm(problem: WhirlProblem) -> float:

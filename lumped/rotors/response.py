@@ -1,0 +1,105 @@
+"""Steady vibration of spinning shafts under harmonic forces.
+
+Forces F e^(i w t) give displacements x e^(i w t) with
+
+    (K + Omega H - Omega^2 N - w^2 M + i w (C + Omega G + D)) x = F
+
+in modes of the system at rest, where D has a damping ratio of every one of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from lumped.common.array_types import Array, Complex
+from lumped.common.checks import require_between
+from lumped.rotors.beams import AXIAL_COORDINATE, NODE_SIZE
+from lumped.rotors.description import RotorSystem
+from lumped.rotors.gyroscopic import GyroscopicSystem, node_at
+from lumped.rotors.matrices import rigid_arm
+from lumped.rotors.whirl import WhirlProblem
+
+
+@dataclass(frozen=True, eq=False)
+class HarmonicForce:
+    """Force of a frequency that is proportional to the speed.
+
+    order : frequency over the speed of the system
+    force : (n,) complex amplitudes [N and N m]
+    """
+
+    order: float
+    force: Complex
+
+
+def steady_response(
+    problem: WhirlProblem,
+    forces: Sequence[HarmonicForce],
+    speed: float,
+    damping_ratio: float,
+) -> Complex:
+    """Complex amplitudes (forces, n) of displacements under each force [m and rad].
+
+    Rotations that nothing resists are left out, as `WhirlProblem` has them.
+
+    Parameters
+    ----------
+    problem : WhirlProblem
+        The shafts in their modes at rest.
+    forces : sequence of HarmonicForce
+        What acts on them.
+    speed : float
+        Of the system [rad/s].
+    damping_ratio : float
+        Of every mode at rest, besides the damping of bearings.
+    """
+    require_between("damping_ratio", damping_ratio, 0.0, 1.0)
+    stiffness, damping = problem.at_speed(speed)
+    of_modes = 2.0 * damping_ratio * np.sqrt(np.maximum(problem.squares, 0.0))
+    damping = damping + np.diag(of_modes)
+    size = problem.squares.size
+    amplitudes = np.empty((len(forces), problem.system.size), np.complex128)
+    for row, one in zip(amplitudes, forces, strict=True):
+        frequency = one.order * speed
+        dynamic = stiffness - frequency**2 * np.eye(size) + 1j * frequency * damping
+        row[:] = problem.basis @ np.linalg.solve(dynamic, problem.basis.T @ one.force)
+    return amplitudes
+
+
+def mean_power(force: HarmonicForce, displacement: Complex, speed: float) -> float:
+    """Mean power [W] of a force at displacements (n,) of its frequency."""
+    velocity = 1j * force.order * speed * displacement
+    return float(0.5 * np.real(np.vdot(velocity, force.force)))
+
+
+def bearing_forces(
+    system: RotorSystem, matrices: GyroscopicSystem, frequencies: Array, motion: Complex
+) -> list[Complex]:
+    """Forces of every bearing on its shaft along x, y, z (f, 3) [N], one after another.
+
+    frequencies : of the motions (f,) [rad/s]
+    motion : amplitudes (f, n)
+    """
+    forces = []
+    for number, rotor in enumerate(system.rotors):
+        nodes = matrices.nodes[number]
+        for bearing in rotor.bearings:
+            first = matrices.index(number, bearing.position, "x")
+            arm = rigid_arm(bearing.position - nodes[node_at(nodes, bearing.position)])
+            across = (motion[:, first : first + NODE_SIZE] @ arm.T)[:, :2]
+            along = np.zeros(len(motion), np.complex128)
+            if matrices.has_axial_motion:
+                z = matrices.index(number, bearing.position, AXIAL_COORDINATE)
+                along = motion[:, z]
+            rate = 1j * frequencies[:, None]
+            stiffness, damping = (
+                np.reshape(part, (2, 2))
+                for part in (bearing.stiffness, bearing.damping)
+            )
+            sideways = across @ stiffness.T + rate * (across @ damping.T)
+            axial = bearing.axial_stiffness + 1j * frequencies * bearing.axial_damping
+            forces.append(-np.column_stack([sideways, axial * along]))
+    return forces
