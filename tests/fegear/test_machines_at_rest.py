@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from own_machine import OwnShaft, contact_points, solve_contact
+from yielding_machines import HUBS, SETTINGS, TEETH, TORQUE, two_stages
 
 from fegear.contact.pairs import pair_gaps
 from fegear.contact.width.contact import WidthContact
@@ -18,19 +19,8 @@ from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
 from fegear.gearset.tooth_forces import tooth_forces
 from fegear.statics.machine import machine_at_rest
-from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import mesh_statics
 from lumped.rotors.description import MIN_ELEMENT
-
-SETTINGS = StaticsSettings(
-    resolution="coarse",
-    positions=4,
-    estimate_error=False,
-    root_stress=False,
-    corner_contact=False,  # forces of corners leave the line of action
-)
-TEETH, HUBS = (19, 30), (9.0, 16.0)
-TORQUE = 120.0
 
 
 def shaft_keys(name, shaft: OwnShaft, place: float) -> dict[str, Any]:
@@ -179,45 +169,6 @@ def test_random_machines_beside_a_code_of_its_own(helix_angle_deg, seed):
         ours = face.load[0, n].sum(axis=0) * face.slice_length
         assert ours == pytest.approx(forces, abs=bound * forces.max())
         assert solved.cycle.ste[0, n] == pytest.approx(ste, rel=bound)
-
-
-def two_stages(**shaft) -> Any:
-    """Two meshes of the same teeth on three shafts."""
-    shafts = [("a",), ("b", "c"), ("d",)]
-    stiffnesses = {"kx": 2e8, "ky": 3e8, "kz": 1e8}
-    mesh = {"backlash_um": 50.0}
-    gears = [("a", 0), ("b", 1), ("c", 0), ("d", 1)]
-    tables = {
-        "name": "two stages",
-        "defaults": {
-            "module_mm": 2.0,
-            "face_width_mm": 16.0,
-            "helix_angle_deg": 17.0,
-        },
-        "gear": [
-            {"name": name, "teeth": TEETH[size], "hub_radius_mm": HUBS[size]}
-            for name, size in gears
-        ],
-        "mesh": [
-            {"driver": "a", "driven": "b", **mesh},
-            {"driver": "c", "driven": "d", "center_line_deg": 70.0, **mesh},
-        ],
-        "shaft": [
-            {
-                "gears": list(names),
-                "positions_mm": [45.0, 95.0][-len(names) :],
-                "lengths_mm": [150.0],
-                "diameters_mm": [25.0],
-                "bearing_positions_mm": [5.0, 145.0],
-                **{f"bearing_{k}_N_per_m": [v, v] for k, v in stiffnesses.items()},
-            }
-            | shaft
-            for names in shafts
-        ],
-        "load": {"gear": "a", "torques_Nm": [TORQUE]},
-    }
-    tables["gear"][0]["hand"], tables["gear"][2]["hand"] = "right", "left"
-    return make_gear_set(tables)
 
 
 def test_meshes_on_a_common_shaft_agree_on_its_loads():

@@ -17,7 +17,7 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.statics.load_variation import LoadVariation
 from lumped.common.array_types import Array, Complex
-from lumped.figures.drawing import draw_title
+from lumped.figures.drawing import draw_legend, draw_title
 from lumped.rotors.description import RotorSystem
 from lumped.rotors.mesh_springs import rigid_motions
 from lumped.rotors.response import HarmonicForce, bearing_forces, steady_response
@@ -30,6 +30,7 @@ EQUAL_ORDERS = 1e-9  # of frequencies over the speed, whose vibrations add up
 
 
 HARMONICS = 8  # of every mesh; teeth excite little above
+LEGEND_COLUMNS = 2
 LEAST_DRAWN = 1e-4  # of the largest force between teeth
 POSITIONS = 64  # of a mesh cycle, at which its loads are solved
 
@@ -220,7 +221,7 @@ def draw_response(response: MachineResponse, title: str = "") -> Figure:
     figure = Figure(figsize=(8.0, 8.5), layout="constrained")
     across, along, teeth = figure.subplots(3, 1, sharex=True)
     for number, (shaft, position) in enumerate(response.bearings):
-        label = f"{shaft}, {1e3 * position:.4g} mm"
+        label = f"bearing of {shaft}, {1e3 * position:.4g} mm"
         across.semilogy(response.rpm, response.radial_force[:, number], label=label)
         axial = response.bearing_force[:, number, 2]
         if axial.any():
@@ -239,7 +240,8 @@ def draw_response(response: MachineResponse, title: str = "") -> Figure:
     teeth.set_xlabel("speed of the first driver [rpm]")
     for axes in (across, along, teeth):
         axes.grid(alpha=0.25)
-    across.legend(title="bearing of", fontsize="small", ncols=2)
+    handles = across.get_legend_handles_labels()[0]
+    draw_legend(figure, handles, LEGEND_COLUMNS)
     teeth.legend(fontsize="small")
     draw_title(figure, title)
     return figure
