@@ -20,7 +20,9 @@ from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
 from fegear.contact.width.supports import MOTIONS, unit_wrenches
+from fegear.gearset.faults.checks import with_equal_teeth
 from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.yielding import yielding_shafts
 from fegear.statics.axes import YieldingAxes, yielding_axes
@@ -199,10 +201,14 @@ def loaded_problem(
 
     torque : on the driver of the mesh [N m], to which loads of others are proportional
     """
+    problem = contact_problem(gear_set, mesh, settings, report)
     if not is_moved_by_others(gear_set, mesh):
-        return contact_problem(gear_set, mesh, settings, report)
+        return problem
+    # pairs of a mesh that differ have the loads of others that pairs alike would have
+    alike = with_equal_teeth(without_pitch_errors(gear_set))
     factor = mesh_torques_at(gear_set, 1.0)[mesh]
-    return machine_at_rest(gear_set, torque / factor, settings, report).problems[mesh]
+    machine = machine_at_rest(alike, torque / factor, settings, report)
+    return with_supports_of(problem, machine.problems[mesh])
 
 
 def problems_at_torques(

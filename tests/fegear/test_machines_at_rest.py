@@ -18,7 +18,7 @@ from fegear.contact.width.lines import FaceSolver, pairs_over_width
 from fegear.files.errors import InputError
 from fegear.gearset import make_gear_set
 from fegear.gearset.tooth_forces import tooth_forces
-from fegear.statics.machine import machine_at_rest
+from fegear.statics.machine import loaded_problem, machine_at_rest
 from fegear.statics.solving import mesh_statics
 from lumped.rotors.description import MIN_ELEMENT
 
@@ -244,3 +244,20 @@ def test_thrust_needs_a_bearing_that_the_file_names():
         SETTINGS.on_shafts(replace(gear_set, shafts=tuple(shafts)))
     assert replace(SETTINGS, shafts="off").on_shafts(gear_set) is gear_set
     assert replace(SETTINGS, plane="stress").on_shafts(gear_set) is gear_set
+
+
+def test_pitch_errors_change_nothing_of_the_loads_of_other_meshes():
+    gear_set = SETTINGS.on_shafts(two_stages())
+    errors = (0.0, 4e-6, *[0.0] * (TEETH[0] - 2))
+    gears = (replace(gear_set.gears[0], pitch_errors=errors), *gear_set.gears[1:])
+    uneven = replace(gear_set, gears=gears)
+    place = 0, SETTINGS, TORQUE
+    equal, other = (
+        np.array(
+            [one.motion for one in loaded_problem(gears, *place).solver.supports.gears]
+        )
+        for gears in (gear_set, uneven)
+    )
+    assert np.abs(equal).max() > 1e-6
+    assert other == pytest.approx(equal, rel=1e-12)
+    assert loaded_problem(uneven, *place).driver.pitch_errors == errors
