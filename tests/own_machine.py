@@ -111,16 +111,17 @@ def contact_points(pair, radii, center_line, sense):
     return np.array([on_line(radius) for radius in radii]), push
 
 
-def solve_contact(compliance, own, gap, closing, arm, torque):
+def solve_contact(compliance, of_contact, gap, closing, arm, torque):
     """Normal forces and transmission error at a torque.
 
-    compliance : (p, p) but for the own contact of places; own : its approach by forces
+    compliance : (p, p) but for the contact of every place itself
+    of_contact : approach of that, and its slope, by forces
     """
     n = gap.size
     touching = np.ones(n, bool)
     force = np.full(n, torque / arm.sum())
     for _ in range(400):
-        approach, slope = own(np.maximum(force, 1e-9 * force.max()))
+        approach, slope = of_contact(np.maximum(force, 1e-9 * force.max()))
         index = np.flatnonzero(touching)
         t = index.size
         matrix = np.zeros((t + 1, t + 1))

@@ -205,9 +205,9 @@ def loaded_problem(
     if not is_moved_by_others(gear_set, mesh):
         return problem
     # pairs of a mesh that differ have the loads of others that pairs alike would have
-    alike = with_equal_teeth(without_pitch_errors(gear_set))
+    regular = with_equal_teeth(without_pitch_errors(gear_set))
     factor = mesh_torques_at(gear_set, 1.0)[mesh]
-    machine = machine_at_rest(alike, torque / factor, settings, report)
+    machine = machine_at_rest(regular, torque / factor, settings, report)
     return with_supports_of(problem, machine.problems[mesh])
 
 

@@ -131,12 +131,12 @@ def by_own_code(gear_set, shafts, center_line, problem, position):
             at = motion[:3] + np.cross(motion[3:], arms)
             compliance[:, j] += at @ (sign * force)
 
-    def own(load):
+    def of_contact(load):
         return solver.compliance.own_contact(load, parts, size)
 
     forces, ste = solve_contact(
         compliance,
-        own,
+        of_contact,
         lines.gap[index],
         lines.closing[index],
         lines.arm[index],

@@ -31,7 +31,7 @@ EQUAL_ORDERS = 1e-9  # of frequencies over the speed, whose vibrations add up
 
 HARMONICS = 8  # of every mesh; teeth excite little above
 LEGEND_COLUMNS = 2
-LEAST_DRAWN = 1e-4  # of the largest force between teeth
+LOWEST_FORCE = 1e-4  # of the largest force between teeth
 POSITIONS = 64  # of a mesh cycle, at which its loads are solved
 
 
@@ -199,8 +199,8 @@ def _mesh_force(
 ) -> Complex:
     """Force between the teeth of a mesh under every excitation (e,) [N]."""
     force = (motion @ motions.T) @ variation.stiffness[0]
-    own = [one.loads[0] if one.mesh == mesh else 0.0 for one in excitations]
-    return np.asarray(force + np.array(own))
+    at_rest = [one.loads[0] if one.mesh == mesh else 0.0 for one in excitations]
+    return np.asarray(force + np.array(at_rest))
 
 
 def _rms(orders: Array, amplitudes: Complex) -> Array:
@@ -233,7 +233,7 @@ def draw_response(response: MachineResponse, title: str = "") -> Figure:
         )
         teeth.axhline(mean, color=line.get_color(), linestyle=":")
     # at rest nothing but round-off is left of it
-    teeth.set_ylim(bottom=LEAST_DRAWN * response.mesh_force.max())
+    teeth.set_ylim(bottom=LOWEST_FORCE * response.mesh_force.max())
     across.set_ylabel("bearings, radial [N RMS]")
     along.set_ylabel("bearings, axial [N RMS]")
     teeth.set_ylabel("between teeth [N RMS],\nmean dotted [N]")

@@ -128,9 +128,9 @@ def test_meshes_of_two_stages_excite_each_others_bearings():
 
 @pytest.mark.parametrize("output", ["bearing_forces", "mesh_forces", "response"])
 def test_vibration_needs_teeth_that_are_solved(output):
-    given = fegear.CampbellDiagram(gear_set="helical-machine")
-    by_elements = replace(given, stiffness="fe")
-    for study in (given, replace(by_elements, motion="plane")):
+    stated = fegear.CampbellDiagram(gear_set="helical-machine")
+    by_elements = replace(stated, stiffness="fe")
+    for study in (stated, replace(by_elements, motion="plane")):
         ((name, reason),) = study.unused_options({output: "x"})
         assert (name, reason.partition(" ")[0]) == (output, "needs")
     assert not list(by_elements.unused_options({output: "x"}))
