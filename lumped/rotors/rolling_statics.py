@@ -217,7 +217,7 @@ class _RollingShaft:
         states, bent = self.states(v.reshape(-1, SIZE)), self.stiffness @ v
         forces = np.array([state.force for state in states])
         residual = forces.ravel() + bent + self.force
-        residual[~self.free] = 0.0
+        residual = np.where(self.free, residual, 0.0)
         energies = sum(state.energy for state in states)
         return _Balance(
             energy=float(energies + (0.5 * bent + self.force) @ v),

@@ -252,7 +252,7 @@ def test_a_preloaded_pair_is_linear_under_small_loads():
 
 
 def test_preload_is_in_the_bearings_without_loads():
-    """Both rings are pushed toward each other, by which the shaft between is compressed."""
+    """Rings are pushed toward each other, which compresses the shaft between them."""
     supports = supports_of("preloaded")
     loads = [ShaftLoad(position=0.3, force=(1e-6, 0.0, 0.0))]
     solution = rolling_shaft_statics(shaft([]), supports, loads).solve(loads)
