@@ -61,7 +61,7 @@ def _metres(lengths_mm: tuple[float, ...]) -> tuple[float, ...]:
 
 def _bearings(entry: ShaftEntry, where: str) -> tuple[ShaftBearing, ...]:
     positions = _metres(entry.bearing_positions_mm or ())
-    if entry.rolling_bearings is not None:
+    if entry.rolling_bearings:
         return tuple(
             ShaftBearing(
                 position=position, stiffness=(0.0, 0.0, 0.0, 0.0), mounted=mounted

@@ -81,11 +81,7 @@ def _body_figures(body: ShaftBody | None) -> dict[str, Any]:
         "mass_kg": body.density * volume,
         "bearings": len(body.bearings),
         **({"bearing_kz_N_per_m": axial} if is_stated else {}),
-        **(
-            {"rolling_bearings": _rolling_figures(body)}
-            if body.mounted_bearings
-            else {}
-        ),
+        **({"rolling_bearings": rolling} if rolling else {}),
     }
 
 
