@@ -492,14 +492,19 @@ def test_keys_of_planets_meshes_are_those_of_every_mesh(name, side):
     assert at_once["mesh"] == edited(PLANETARY, meshes)["mesh"]
 
 
+def in_first_table(table: str, rest: str) -> str:
+    """The rest of a name with the number of a table where there is a list of them."""
+    head = rest.partition(".")[0]
+    return rest.replace(".", ".1.", 1) if lists_tables([table, head]) else rest
+
+
 def changed_tables(name: str, key: Key) -> Tables:
     table, _, rest = name.partition(".")
     if not rest:
         return key.tables | {name: key.value}
     if table not in LISTS:
         return edited(key.tables, {name: key.value})
-    if lists_tables([table, rest.partition(".")[0]]):
-        rest = rest.replace(".", ".1.", 1)
+    rest = in_first_table(table, rest)
     indices = [key.entry] if key.entry else range(1, len(key.tables[table]) + 1)
     return edited(key.tables, {f"{table}.{i}.{rest}": key.value for i in indices})
 
@@ -579,8 +584,7 @@ def test_a_value_of_an_axis_is_that_of_the_key(tmp_path, name, excitation):
     """Tables of the other value of the axis are in the memory then."""
     key = KEYS[name]
     table, _, rest = name.partition(".")
-    if lists_tables([table, *rest.split(".")[:-1]]):
-        rest = rest.replace(".", ".1.")
+    rest = in_first_table(table, rest)
     axis_name = f"{table}.{key.entry}.{rest}" if key.entry else f"defaults.{rest}"
     if excitation.kind != "fe" and key.tables is FAULTY:
         pytest.skip("faults are not known of given stiffness waves")

@@ -132,7 +132,7 @@ def test_radial_load_is_that_of_the_plane_bearing(bearing, clearance):
 
 @pytest.mark.parametrize("mounted", [DEEP_GROOVE, ANGULAR], ids=IDS[:2])
 def test_thrust_loads_all_balls_alike(mounted):
-    """Harris (2007), section 7.3: cos(alpha) = cos(alpha0) / (1 + delta / A)."""
+    """Harris (2007), chapter 7: cos(alpha) = cos(alpha0) / (1 + delta / A)."""
     bearing, thrust = mounted.bearing, 2000.0
     free, A = mounted.free_contact_angle, groove_distance(mounted.bearing)
     inclined = replace(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.optimize import root
-from shafts_at_rest import AREA, BENDING, LENGTH, SLIDING, YOUNG, random_loads, shaft
+from shafts_at_rest import LENGTH, free_stiffness, random_loads, shaft
 
 from lumped.bearings.mounted import MountedBearing
 from lumped.bearings.rolling import BallBearing, RollerBearing
@@ -95,27 +95,6 @@ def test_bearings_balance_the_loads_by_their_own_forces(arrangement, size):
         assert abs(total) <= 1e-11 * largest * LENGTH
 
 
-def element_by_own_code(length):
-    """Stiffness (10, 10) of Timoshenko's beam, x y z tilt x tilt y at both ends."""
-    phi = 12.0 * BENDING / (SLIDING * length**2)
-    scale, L = BENDING / ((1.0 + phi) * length**3), length
-    plane = scale * np.array(
-        [
-            [12.0, 6.0 * L, -12.0, 6.0 * L],
-            [6.0 * L, (4.0 + phi) * L**2, -6.0 * L, (2.0 - phi) * L**2],
-            [-12.0, -6.0 * L, 12.0, -6.0 * L],
-            [6.0 * L, (2.0 - phi) * L**2, -6.0 * L, (4.0 + phi) * L**2],
-        ]
-    )
-    stiffness = np.zeros((10, 10))
-    stiffness[np.ix_([0, 4, 5, 9], [0, 4, 5, 9])] = plane
-    turned = plane * np.outer([1, -1, 1, -1], [1, -1, 1, -1])
-    stiffness[np.ix_([1, 3, 6, 8], [1, 3, 6, 8])] = turned
-    rod = YOUNG * AREA / length
-    stiffness[np.ix_([2, 7], [2, 7])] = rod * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    return stiffness
-
-
 def ring_by_own_code(mounted, u):
     """Force (5,) on a displaced ring, ball by ball and lamina by lamina."""
     bearing, force = mounted.bearing, np.zeros(5)
@@ -163,10 +142,7 @@ def test_motions_beside_a_nonlinear_system_of_all_nodes(arrangement):
     supports, loads = supports_of(arrangement), loads_of(1.0)
     nodes = sorted({0.0, LENGTH, *PLACES, *(one.position for one in supports)})
     size = 5 * len(nodes)
-    stiffness, applied = np.zeros((size, size)), np.zeros(size)
-    for number, node in enumerate(nodes[:-1]):
-        at = slice(5 * number, 5 * number + 10)
-        stiffness[at, at] += element_by_own_code(nodes[number + 1] - node)
+    stiffness, applied = free_stiffness(shaft([]), nodes), np.zeros(size)
     for load in loads:
         at = 5 * nodes.index(load.position)
         applied[at : at + 5] += [*load.force, *load.moment[:2]]
