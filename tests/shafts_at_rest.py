@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from lumped.rotors.description import Bearing, Rotor, Section
 from lumped.rotors.statics import ShaftLoad
 
@@ -51,3 +53,41 @@ def random_loads(rng, places):
         )
         for place in places
     ]
+
+
+def free_stiffness(rotor, nodes):
+    """Stiffness (5 n, 5 n) of a shaft of one section without bearings, by elements.
+
+    x, y, z, tilt x and tilt y of all nodes in order; displacement method.
+    """
+    (section,) = rotor.sections
+    E, G = rotor.young_modulus, rotor.shear_modulus
+    area = math.pi * (section.diameter**2 - section.bore**2) / 4.0
+    bending = E * math.pi * (section.diameter**4 - section.bore**4) / 64.0
+    sliding = cowper(section.bore / section.diameter, 0.5 * E / G - 1.0) * G * area
+    stiffness = np.zeros((5 * len(nodes), 5 * len(nodes)))
+    for number, node in enumerate(nodes[:-1]):
+        L = nodes[number + 1] - node
+        phi = 12.0 * bending / (sliding * L**2)
+        near, far = (4.0 + phi) * L**2, (2.0 - phi) * L**2
+        plane = np.array(
+            [
+                [12.0, 6.0 * L, -12.0, 6.0 * L],
+                [6.0 * L, near, -6.0 * L, far],
+                [-12.0, -6.0 * L, 12.0, -6.0 * L],
+                [6.0 * L, far, -6.0 * L, near],
+            ]
+        )
+        plane *= bending / ((1.0 + phi) * L**3)
+        first = 5 * number
+        in_x, in_y, along = (
+            first + np.array(of_element)
+            for of_element in ([0, 4, 5, 9], [1, 3, 6, 8], [2, 7])
+        )
+        stiffness[np.ix_(in_x, in_x)] += plane
+        # a positive tilt about x moves the far end down
+        signs = np.array([1.0, -1.0, 1.0, -1.0])
+        stiffness[np.ix_(in_y, in_y)] += plane * np.outer(signs, signs)
+        rod = E * area / L * np.array([[1.0, -1.0], [-1.0, 1.0]])
+        stiffness[np.ix_(along, along)] += rod
+    return stiffness

@@ -25,8 +25,8 @@ NUMERICS = {"__future__", "math", "cmath", "typing", "numpy", "numpy.typing", "n
 # floors below it, never sideways or upward.
 FLOORS = """
     lumped.common meshes
-    lumped.kernels lumped.bearings lumped.continuation lumped.rotors
-    fegear.files fegear.result
+    lumped.kernels lumped.bearings lumped.continuation
+    lumped.rotors fegear.files fegear.result
     lumped.train lumped.rattle meshes.eccentric
     lumped.clatter fegear.gearset
     fegear.boundary fegear.elasticity

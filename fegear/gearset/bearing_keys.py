@@ -9,6 +9,7 @@ from typing import Annotated, Any
 from pydantic import BaseModel, ConfigDict, Field, Strict, model_validator
 
 from fegear.files.errors import InputError
+from lumped.bearings.mounted import MountedBearing
 from lumped.bearings.rolling import (
     CONFORMITY,
     MAX_ELEMENTS,
@@ -24,6 +25,8 @@ MAX_ORDERS = 1000  # of waves around a race
 Count = Annotated[int, Field(ge=MIN_ELEMENTS, le=MAX_ELEMENTS)]
 Diameter = Annotated[float, Field(ge=1e-3, le=1e5)]
 Deviation = Annotated[float, Field(ge=0.0, le=1e4)]
+ContactAngle = Annotated[float, Field(ge=-75.0, le=75.0)]
+Preload = Annotated[float, Field(ge=-1e4, le=1e4)]
 Amplitudes = Annotated[
     tuple[Deviation, ...], Strict(False), Field(max_length=MAX_ORDERS)
 ]
@@ -148,6 +151,77 @@ class RollerBearingEntry(BearingEntry):
             element_diameter=self.roller_diameter_mm * MM,
             length=self.roller_length_mm * MM,
             **self.shared,
+        )
+
+
+class MountedBearingEntry(BaseModel):
+    """rolling_bearings of a shaft."""
+
+    model_config = BearingEntry.model_config
+
+    ball_bearing: BallBearingEntry | None = Field(
+        default=None, description="Ball bearing."
+    )
+    roller_bearing: RollerBearingEntry | None = Field(
+        default=None,
+        description="Cylindrical roller bearing, which takes no thrust, instead of "
+        "ball_bearing.",
+    )
+    contact_angle_deg: ContactAngle = Field(
+        default=0.0,
+        description="Contact angle of an angular-contact ball bearing without load; "
+        "positive where it takes thrust of the shaft toward the far end, negative "
+        "where it takes that toward the near end. [default: a deep-groove bearing, "
+        "which takes both]",
+    )
+    axial_preload_um: Preload = Field(
+        default=0.0,
+        description="Displacement along the axis of the inner ring of a ball bearing "
+        "that is set by mounting, in the sense that presses the balls of an "
+        "angular-contact bearing, toward the far end in a deep-groove bearing; a "
+        "negative one is axial clearance of an angular-contact bearing.",
+    )
+
+    @model_validator(mode="after")
+    def _consistent(self) -> MountedBearingEntry:
+        bearings = [
+            (key, bearing)
+            for key in ("ball_bearing", "roller_bearing")
+            if (bearing := getattr(self, key)) is not None
+        ]
+        if len(bearings) != 1:
+            count = "both are" if bearings else "none is"
+            raise ValueError(
+                f"ball_bearing or roller_bearing is needed, {count} present"
+            )
+        ((key, bearing),) = bearings
+        for name in ("runout_um", "inner_waviness_um", "outer_waviness_um"):
+            if getattr(bearing, name):
+                raise ValueError(
+                    f"{key}.{name} is not 0; bearings of shafts at rest have none"
+                )
+        if self.roller_bearing is not None:
+            for name in ("contact_angle_deg", "axial_preload_um"):
+                if value := getattr(self, name):
+                    raise ValueError(
+                        f"{name} = {value:.12g}; a roller_bearing has none"
+                    )
+        elif self.contact_angle_deg and bearing.clearance_um:
+            raise ValueError(
+                f"ball_bearing.clearance_um = {bearing.clearance_um:.12g}; must be 0 "
+                "with contact_angle_deg, axial_preload_um is negative for clearance"
+            )
+        return self
+
+    def build(self) -> MountedBearing:
+        """The bearing in SI units; ValueError if elements do not fit."""
+        entry = self.ball_bearing or self.roller_bearing
+        if entry is None:
+            raise ValueError("ball_bearing or roller_bearing is needed")
+        return MountedBearing(
+            bearing=entry.build(),
+            contact_angle=math.radians(self.contact_angle_deg),
+            axial_preload=self.axial_preload_um * UM,
         )
 
 

@@ -18,7 +18,11 @@ from pydantic import (
     model_validator,
 )
 
-from fegear.gearset.bearing_keys import BallBearingEntry, RollerBearingEntry
+from fegear.gearset.bearing_keys import (
+    BallBearingEntry,
+    MountedBearingEntry,
+    RollerBearingEntry,
+)
 from fegear.gearset.faults.keys import (
     BrokenTips,
     Cracks,
@@ -790,20 +794,21 @@ def mesh_label(driver: str, driven: str) -> str:
 GEOMETRY_KEYS = ("lengths_mm", "diameters_mm", "positions_mm")
 BEARING_ON_SHAFT = "bearing_positions_mm"
 STIFFNESSES_ON_SHAFT = ("bearing_kx_N_per_m", "bearing_ky_N_per_m")
+LINEAR_BEARING_KEYS = (
+    *STIFFNESSES_ON_SHAFT,
+    "bearing_kxy_N_per_m",
+    "bearing_kyx_N_per_m",
+    "bearing_kz_N_per_m",
+    "bearing_tilt_stiffness_Nm_per_rad",
+    "bearing_cx_Ns_per_m",
+    "bearing_cy_Ns_per_m",
+)
 DISK_KEYS = ("disk_positions_mm", "disk_masses_kg", "disk_inertias_kg_m2")
 # lists of a shaft by the list that has as many entries
 COUNTED_KEYS = {
     "lengths_mm": ("diameters_mm", "bores_mm"),
     "gears": ("positions_mm",),
-    BEARING_ON_SHAFT: (
-        *STIFFNESSES_ON_SHAFT,
-        "bearing_kxy_N_per_m",
-        "bearing_kyx_N_per_m",
-        "bearing_kz_N_per_m",
-        "bearing_tilt_stiffness_Nm_per_rad",
-        "bearing_cx_Ns_per_m",
-        "bearing_cy_Ns_per_m",
-    ),
+    BEARING_ON_SHAFT: LINEAR_BEARING_KEYS,
     DISK_KEYS[0]: (*DISK_KEYS[1:], "disk_transverse_inertias_kg_m2"),
 }
 Positions = Annotated[float, Field(ge=0.0, le=1e5)]  # mm
@@ -877,6 +882,11 @@ class ShaftEntry(Keys):
     bearing_cy_Ns_per_m: Entries[Damping] | None = Field(
         default=None, description="Damping of every bearing along y. [default: 0]"
     )
+    rolling_bearings: Entries[MountedBearingEntry] = Field(
+        default=(),
+        description="Rolling bearings instead of stiffnesses, as many as "
+        "bearing_positions_mm, for shafts at rest.",
+    )
     disk_positions_mm: Entries[Positions] | None = Field(
         default=None,
         description="Distance of every rigid disk, such as an impeller, from the first "
@@ -897,7 +907,10 @@ class ShaftEntry(Keys):
     @model_validator(mode="after")
     def _whole(self) -> ShaftEntry:
         require_all_or_none(self, *GEOMETRY_KEYS)
-        require_all_or_none(self, BEARING_ON_SHAFT, *STIFFNESSES_ON_SHAFT)
+        if self.rolling_bearings:
+            self._require_rolling_bearings_only()
+        else:
+            require_all_or_none(self, BEARING_ON_SHAFT, *STIFFNESSES_ON_SHAFT)
         require_all_or_none(self, *DISK_KEYS)
         if self.lengths_mm is None:
             if len(self.gears) < 2:
@@ -914,6 +927,13 @@ class ShaftEntry(Keys):
         for counted_key, keys in COUNTED_KEYS.items():
             self._require_as_many(counted_key, keys)
         return self
+
+    def _require_rolling_bearings_only(self) -> None:
+        for key in self.present(*LINEAR_BEARING_KEYS):
+            raise ValueError(
+                f"{key} and rolling_bearings are given; only one is allowed"
+            )
+        self._require_as_many(BEARING_ON_SHAFT, ("rolling_bearings",))
 
     def _require_as_many(self, counted_key: str, keys: tuple[str, ...]) -> None:
         entries = getattr(self, counted_key)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from lumped.bearings.mounted import MountedBearing
 from lumped.common.checks import require_fields
 
 
@@ -17,6 +18,7 @@ class ShaftBearing:
         does not state it [N/m]
     tilt_stiffness : moment per angle about a diameter [N m/rad]
     damping : cxx, cyy [N s/m]
+    mounted : rolling bearing, in place of stiffnesses and damping; None of linear ones
     """
 
     position: float
@@ -24,6 +26,7 @@ class ShaftBearing:
     axial_stiffness: float | None = None
     tilt_stiffness: float = 0.0
     damping: tuple[float, float] = (0.0, 0.0)
+    mounted: MountedBearing | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,3 +63,12 @@ class ShaftBody:
 
     def __post_init__(self) -> None:
         require_fields(self)
+
+    @property
+    def mounted_bearings(self) -> tuple[tuple[float, MountedBearing], ...]:
+        """Rolling bearings and their positions [m]; none where bearings are linear."""
+        return tuple(
+            (bearing.position, bearing.mounted)
+            for bearing in self.bearings
+            if bearing.mounted is not None
+        )

@@ -46,7 +46,7 @@ def shaft_reactions(
         loads = [force for force in forces if force.gear in shaft.gears]
         if body is None or not loads or len(body.bearings) != 2:
             continue
-        if any(bearing.tilt_stiffness for bearing in body.bearings):
+        if body.mounted_bearings or any(b.tilt_stiffness for b in body.bearings):
             continue
         near, far = sorted(bearing.position for bearing in body.bearings)
         if not near < far:

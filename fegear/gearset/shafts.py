@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 
 from fegear.files.errors import InputError
+from fegear.gearset.bearing_keys import MountedBearingEntry
 from fegear.gearset.materials import materials
 from fegear.gearset.problems import shown
 from fegear.gearset.schema import ShaftEntry
 from fegear.gearset.shaft_bodies import ShaftBearing, ShaftBody, ShaftDisk
+from lumped.bearings.mounted import MountedBearing
 from lumped.common.units import MM
 from meshes.gear import floored
 
@@ -47,7 +50,7 @@ def shaft_body(entry: ShaftEntry, where: str) -> ShaftBody | None:
         young_modulus=material.young_modulus_GPa * 1e9,
         poisson_ratio=material.poisson_ratio,
         density=material.density_kg_per_m3,
-        bearings=_bearings(entry),
+        bearings=_bearings(entry, where),
         disks=_disks(entry),
     )
 
@@ -56,8 +59,17 @@ def _metres(lengths_mm: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(length * MM for length in lengths_mm)
 
 
-def _bearings(entry: ShaftEntry) -> tuple[ShaftBearing, ...]:
+def _bearings(entry: ShaftEntry, where: str) -> tuple[ShaftBearing, ...]:
     positions = _metres(entry.bearing_positions_mm or ())
+    if entry.rolling_bearings:
+        return tuple(
+            ShaftBearing(
+                position=position, stiffness=(0.0, 0.0, 0.0, 0.0), mounted=mounted
+            )
+            for position, mounted in zip(
+                positions, _mounted(entry.rolling_bearings, where), strict=True
+            )
+        )
     none = (0.0,) * len(positions)
     columns = (
         positions,
@@ -80,6 +92,18 @@ def _bearings(entry: ShaftEntry) -> tuple[ShaftBearing, ...]:
         )
         for z, kx, kxy, kyx, ky, kz, tilt, cx, cy in zip(*columns, strict=True)
     )
+
+
+def _mounted(
+    entries: Sequence[MountedBearingEntry], where: str
+) -> Iterator[MountedBearing]:
+    for number, entry in enumerate(entries, 1):
+        try:
+            yield entry.build()
+        except ValueError as error:
+            raise InputError(
+                f"{where}: rolling_bearings entry {number}: {error}"
+            ) from None
 
 
 def _disks(entry: ShaftEntry) -> tuple[ShaftDisk, ...]:

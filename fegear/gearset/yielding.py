@@ -9,6 +9,7 @@ from fegear.files.errors import InputError
 from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.leads import require_one_helix
 from fegear.gearset.model import GearSet, Shaft
+from fegear.gearset.shaft_bodies import ShaftBody
 
 # entry of a table's header
 SHAFTS, YIELD = "shafts and bearings", "yield under the forces of teeth"
@@ -44,7 +45,7 @@ def yielding_shafts(gear_set: GearSet) -> Iterator[tuple[int, Shaft]]:
 def missing_thrust_path(gear_set: GearSet) -> str | None:
     """Which shaft has a helical gear and no bearing that holds it along its axis."""
     for index, shaft in yielding_shafts(gear_set):
-        if shaft.body is None or any(b.axial_stiffness for b in shaft.body.bearings):
+        if shaft.body is None or _takes_thrust(shaft.body):
             continue
         for number, mesh in enumerate(gear_set.meshes):
             gears = set(shaft.gears).intersection(mesh.gears)
@@ -52,9 +53,19 @@ def missing_thrust_path(gear_set: GearSet) -> str | None:
                 name = gear_set.gears[min(gears)].name
                 stiffnesses = [b.axial_stiffness for b in shaft.body.bearings]
                 state = "is missing" if None in stiffnesses else "is 0 at all of them"
+                state = f"bearing_kz_N_per_m {state}"
+                if shaft.body.mounted_bearings:
+                    state = "rolling_bearings has roller bearings only"
                 return (
-                    f"{gear_set.name}: shaft {index + 1}: bearing_kz_N_per_m {state}, "
+                    f"{gear_set.name}: shaft {index + 1}: {state}, "
                     f'and gear "{name}" pushes along the axis; a bearing must take '
                     "the thrust"
                 )
     return None
+
+
+def _takes_thrust(body: ShaftBody) -> bool:
+    """Whether a bearing holds a shaft along its axis, in one sense at least."""
+    return any(bearing.axial_stiffness for bearing in body.bearings) or any(
+        mounted.thrust_senses for _, mounted in body.mounted_bearings
+    )

@@ -4,7 +4,8 @@ Forces of a mesh move the gears of other meshes on the same shafts. Each mesh is
 with the axes moved by the mean loads of all others, over its cycle, and the loads are
 exchanged until they are the ones of all meshes. What is left out is how the loads of
 the others wander while their teeth pass: meshes of different frequency meet in all
-positions.
+positions. Shafts on rolling bearings are linearised at the mean loads, and exchanged
+loads are those of the bearings' own characteristics.
 """
 
 from __future__ import annotations
@@ -19,13 +20,17 @@ from fegear.contact.problem import ContactFailure, ContactProblem
 from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
-from fegear.contact.width.supports import MOTIONS, unit_wrenches
+from fegear.contact.width.supports import MOTIONS, AxisSupports, unit_wrenches
 from fegear.gearset.faults.checks import with_equal_teeth
 from fegear.gearset.model import GearSet
 from fegear.gearset.pitch_errors import without_pitch_errors
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.yielding import yielding_shafts
-from fegear.statics.axes import YieldingAxes, yielding_axes
+from fegear.statics.axes import (
+    YieldingAxes,
+    require_thrust_on_bearings,
+    yielding_axes,
+)
 from fegear.statics.contact_problem import contact_problem
 from fegear.statics.settings import StaticsSettings
 from lumped.common.array_types import Array
@@ -60,32 +65,12 @@ class MachineAtRest:
     @cached_property
     def loads_on_gears(self) -> Array:
         """Sum of the loads (g, 5) on every gear, along x, y and z."""
-        total = np.zeros((len(self.gear_set.gears), MOTIONS))
-        for frame, spec, loads in zip(
-            self.axes.frames, self.gear_set.meshes, self.loads, strict=True
-        ):
-            for gear, load in zip(spec.gears, loads, strict=True):
-                total[gear] += frame.T @ load
-        return total
+        return self.axes.on_gears(self.gear_set, self.loads)
 
     @cached_property
     def motions(self) -> Array:
         """Motions (g, 5) of the axes in the middle of every gear [m and rad]."""
-        return np.einsum("gihj,hj->gi", self.axes.compliance, self.loads_on_gears)
-
-    @cached_property
-    def mesh_stiffness(self) -> Array:
-        """Stiffness of the teeth of all meshes (meshes, 11, 11), mean over the cycle.
-
-        Against the transmission error and the motions of both axes; NaN of a mesh
-        without torque.
-        """
-        size = 1 + 2 * MOTIONS
-        result = np.full((len(self.cycles), size, size), np.nan)
-        for mesh, cycle in enumerate(self.cycles):
-            if cycle is not None and cycle.face.rigid_stiffness.size:
-                result[mesh] = cycle.face.rigid_stiffness[0].mean(axis=0)
-        return result
+        return self.axes.motions(self.loads_on_gears)
 
 
 def machine_at_rest(
@@ -98,19 +83,21 @@ def machine_at_rest(
 
     gear_set : on its shafts, see `fegear.gearset.yielding.on_shafts`
     """
-    axes, torques = yielding_axes(gear_set), mesh_torques_at(gear_set, torque)
+    held, torques = yielding_axes(gear_set), mesh_torques_at(gear_set, torque)
+    require_thrust_on_bearings(gear_set, torques)
     problems = [
         contact_problem(gear_set, mesh, settings, report)
         for mesh in range(len(torques))
     ]
     loads = np.zeros((len(torques), 2, MOTIONS))
-    is_coupled = any(is_moved_by_others(gear_set, mesh) for mesh in range(len(torques)))
+    is_exchanged = any(loads_are_exchanged(gear_set, i) for i in range(len(torques)))
     places = np.arange(POSITIONS) / POSITIONS
     for exchange in range(1, MAX_EXCHANGES + 1):
         report("loads of shafts", exchange - 1, MAX_EXCHANGES)
         before = loads
+        axes = held.under(gear_set, before)
         problems = [
-            _supported(problem, axes, gear_set, mesh, before / mesh_torque)
+            _supported(problem, axes.supports(gear_set, mesh, before, mesh_torque))
             if mesh_torque
             else problem
             for mesh, (problem, mesh_torque) in enumerate(
@@ -128,7 +115,7 @@ def machine_at_rest(
             ]
         )
         change = np.abs(loads - before).max(axis=(0, 1)) / _scale(loads)
-        if not is_coupled or change.max() < LOAD_RTOL:
+        if not is_exchanged or change.max() < LOAD_RTOL:
             report("loads of shafts", MAX_EXCHANGES, MAX_EXCHANGES)
             return MachineAtRest(
                 gear_set, axes, torque, tuple(problems), tuple(cycles), loads, exchange
@@ -146,17 +133,10 @@ def _scale(loads: Array) -> Array:
     return np.array([force] * 3 + [moment or 1.0] * 2)
 
 
-def _supported(
-    problem: ContactProblem,
-    axes: YieldingAxes,
-    gear_set: GearSet,
-    mesh: int,
-    loads: Array,
-) -> ContactProblem:
+def _supported(problem: ContactProblem, supports: AxisSupports) -> ContactProblem:
     """The problem with its axes moved by the loads of other meshes."""
     if not isinstance(problem.solver, WidthContact):
         return problem
-    supports = axes.supports(gear_set, mesh, loads)
     return replace(problem, solver=replace(problem.solver, supports=supports))
 
 
@@ -199,10 +179,11 @@ def loaded_problem(
 ) -> ContactProblem:
     """Contact problem of a mesh whose axes other meshes move as at a torque.
 
-    torque : on the driver of the mesh [N m], to which loads of others are proportional
+    torque : on the driver of the mesh [N m], to which loads of others are proportional,
+        and at which shafts on rolling bearings are linearised
     """
     problem = contact_problem(gear_set, mesh, settings, report)
-    if not is_moved_by_others(gear_set, mesh):
+    if not loads_are_exchanged(gear_set, mesh):
         return problem
     # pairs of a mesh that differ have the loads of others that pairs alike would have
     regular = with_equal_teeth(without_pitch_errors(gear_set))
@@ -220,9 +201,9 @@ def problems_at_torques(
 ) -> list[ContactProblem]:
     """Contact problem of a mesh at all torques on its driver (t,), or of each.
 
-    There is one of each where other meshes move its axes.
+    There is one of each where loads are exchanged.
     """
-    distinct = torques.tolist() if is_moved_by_others(gear_set, mesh) else [0.0]
+    distinct = torques.tolist() if loads_are_exchanged(gear_set, mesh) else [0.0]
     return [
         loaded_problem(gear_set, mesh, settings, torque, report) for torque in distinct
     ]
@@ -238,8 +219,8 @@ def with_supports_of(problem: ContactProblem, other: ContactProblem) -> ContactP
     return problem
 
 
-def is_moved_by_others(gear_set: GearSet, mesh: int) -> bool:
-    """Whether other meshes load gears of one on shafts that yield."""
+def loads_are_exchanged(gear_set: GearSet, mesh: int) -> bool:
+    """Whether axes of a mesh depend on loads of others, or on its own nonlinearly."""
     if not gear_set.meshes[mesh].on_shafts or not mesh_torques_at(gear_set, 1.0)[mesh]:
         return False
     for _, shaft in yielding_shafts(gear_set):
@@ -248,6 +229,7 @@ def is_moved_by_others(gear_set: GearSet, mesh: int) -> bool:
             for number, spec in enumerate(gear_set.meshes)
             if set(shaft.gears).intersection(spec.gears)
         ]
-        if mesh in loading and len(loading) > 1:
+        is_linear = shaft.body is None or not shaft.body.mounted_bearings
+        if mesh in loading and (len(loading) > 1 or not is_linear):
             return True
     return False

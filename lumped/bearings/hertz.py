@@ -40,8 +40,9 @@ class EllipticContact:
     def pressure(self, load: float, modulus: float) -> float:
         """Largest pressure [Pa] under a load [N] at an effective modulus E' [Pa]."""
         k, E2, R = self.ellipticity, self.second, self.radius
-        long = (6.0 * k**2 * E2 * load * R / (math.pi * modulus)) ** (1.0 / 3.0)
-        return 1.5 * load * k / (math.pi * long**2)
+        # longer half-axis over the cube root of the load, which may be 0
+        long = (6.0 * k**2 * E2 * R / (math.pi * modulus)) ** (1.0 / 3.0)
+        return 1.5 * k * load ** (1.0 / 3.0) / (math.pi * long**2)
 
 
 def line_pressure(

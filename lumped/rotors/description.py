@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass, field
 from typing import Any
 
+from lumped.common.array_types import Array
 from lumped.common.checks import format_number, require_fields
 from lumped.common.options import Range
 
@@ -88,6 +89,20 @@ class Disk:
         require_fields(self)
 
 
+@dataclass(frozen=True, eq=False, kw_only=True)
+class LinearisedSupport:
+    """Force of a bearing on a shaft at rest, at displacements u: force - stiffness u.
+
+    Components are along x, y, z and about x and y.
+
+    stiffness : tangent (5, 5) [N/m], [N], [N m]
+    force : (5,) at no displacement [N], [N m]
+    """
+
+    stiffness: Array
+    force: Array
+
+
 @dataclass(frozen=True, kw_only=True)
 class Bearing:
     """Linear bearing between a shaft and ground.
@@ -100,6 +115,8 @@ class Bearing:
         `statics` and where shafts move along their axes [N/m], [N s/m]
     tilt_stiffness : moment per angle about both diameters [N m/rad]
     torsional_stiffness : of a spring to ground about the axis [N m/rad]
+    linearised : in place of all stiffnesses where the shaft is at rest; see
+        `lumped.rotors.rolling_statics`
     """
 
     position: float = _not_negative()
@@ -109,6 +126,7 @@ class Bearing:
     axial_damping: float = _not_negative()
     tilt_stiffness: float = _not_negative()
     torsional_stiffness: float = _not_negative()
+    linearised: LinearisedSupport | None = None
 
     def __post_init__(self) -> None:
         require_fields(self)

@@ -12,7 +12,6 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import pairwise
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -20,29 +19,30 @@ from scipy.linalg import block_diag
 from lumped.common.array_types import Array
 from lumped.common.checks import require_between, require_fields
 from lumped.common.options import Range
-from lumped.rotors.beams import NODE_SIZE
 from lumped.rotors.description import (
     MIN_ELEMENT,
     POSITION_RTOL,
     Rotor,
     RotorError,
-    Section,
+)
+from lumped.rotors.free_shafts import (
+    SIZE,
+    STATIC_ORDER,
+    TILT_X,
+    X,
+    Y,
+    Z,
+    bearing_positions,
+    free_shaft,
+    motion_at,
 )
 from lumped.rotors.gyroscopic import node_at
 from lumped.rotors.matrices import (
     bearing_stiffness,
-    element_stiffness,
     nodes_of,
     require_axial_symmetry,
-    rigid_arm,
-    section_at,
 )
 
-STATIC_COORDINATES = ("x", "y", "z", "tilt x", "tilt y")
-SIZE = len(STATIC_COORDINATES)
-X, Y, Z, TILT_X, TILT_Y = range(SIZE)
-# Coordinates of a node in `matrices` that are these; z takes the place of the rotation
-STATIC_ORDER = np.array([0, 1, 4, 2, 3])
 MAX_ELEMENTS = 1000
 HELD_RTOL = 1e-12  # least stiffness of bearings against a rigid motion over the largest
 THRUST_RTOL = 1e-9  # sum of axial forces that cancel over the sum of their magnitudes
@@ -102,8 +102,8 @@ class ShaftStatics:
     nodes : positions [m]
     places : where loads act [m]
     has_thrust_path : whether a bearing is stiff along the axis; without one, z is 0
-    node_compliance : (5 n, 5 n) displacements, in the order of `STATIC_COORDINATES` at
-        each node, under unit forces and moments there
+    node_compliance : (5 n, 5 n) displacements, in the order of `STATIC_COORDINATES` of
+        `free_shafts` at each node, under unit forces and moments there
     reaction_matrix : (5 bearings, 5 n) forces and moments of bearings on the shaft
         under these
     """
@@ -119,11 +119,36 @@ class ShaftStatics:
     def compliance(self) -> Array:
         """Displacements (5 g, 5 g) of the g places under unit loads at them.
 
-        The order at each place is that of `STATIC_COORDINATES`, forces and moments
-        likewise. Rows and columns of z are 0 where there is no thrust path.
+        The order at each place is that of `STATIC_COORDINATES` of `free_shafts`, forces
+        and moments likewise. Rows and columns of z are 0 where there is no thrust path.
         """
-        motion = _motion_at(self.nodes, self.places)
+        motion = motion_at(self.nodes, self.places)
         return np.asarray(motion @ self.node_compliance @ motion.T)
+
+    @cached_property
+    def offset(self) -> Array:
+        """Displacements (5 g,) of the g places without loads, by linearised bearings.
+
+        With loads p at the places displacements are offset + compliance p.
+        """
+        motion = motion_at(self.nodes, self.places)
+        return np.asarray(motion @ self.node_compliance @ self._without_loads)
+
+    @property
+    def _without_loads(self) -> Array:
+        """Forces (5 n,) of linearised bearings on nodes that do not move."""
+        forces = [
+            np.zeros(SIZE) if bearing.linearised is None else bearing.linearised.force
+            for bearing in self.rotor.bearings
+        ]
+        at_bearings = motion_at(self.nodes, bearing_positions(self.rotor))
+        return np.asarray(at_bearings.T @ np.concatenate([np.zeros(0), *forces]))
+
+    def motions_of_bearings(self, solution: ShaftSolution) -> Array:
+        """Displacements (b, 5) of the shaft in its bearings."""
+        motion = motion_at(self.nodes, bearing_positions(self.rotor))
+        displacement = np.hstack([solution.deflection, solution.tilt])
+        return np.asarray((motion @ displacement.ravel()).reshape(-1, SIZE))
 
     def solve(self, loads: Sequence[ShaftLoad]) -> ShaftSolution:
         """Deflections, reactions and internal forces under loads at places or nodes.
@@ -132,15 +157,20 @@ class ShaftStatics:
         along the axis.
         """
         self._require_possible(loads)
-        motion = _motion_at(self.nodes, [load.position for load in loads])
+        motion = motion_at(self.nodes, [load.position for load in loads])
         applied = np.array([(*load.force, *load.moment[:2]) for load in loads])
         on_nodes = motion.T @ applied.reshape(-1)
         torque = np.zeros(len(self.nodes))
         for load in loads:
             torque[node_at(self.nodes, load.position)] += load.moment[2]
-        displacement = (self.node_compliance @ on_nodes).reshape(-1, SIZE)
-        reactions = self.reaction_matrix @ on_nodes
-        at_bearings = _motion_at(self.nodes, _bearing_positions(self.rotor))
+        moving = on_nodes + self._without_loads
+        displacement = (self.node_compliance @ moving).reshape(-1, SIZE)
+        reactions = self.reaction_matrix @ moving
+        for number, bearing in enumerate(self.rotor.bearings):
+            if bearing.linearised is not None:
+                at = slice(SIZE * number, SIZE * (number + 1))
+                reactions[at] += bearing.linearised.force
+        at_bearings = motion_at(self.nodes, bearing_positions(self.rotor))
         total = (on_nodes + at_bearings.T @ reactions).reshape(-1, SIZE)
         force = _internal(total[:, :TILT_X])
         return ShaftSolution(
@@ -200,15 +230,10 @@ def shaft_statics(
     for place in places:
         rotor.require_position("load", place)
     nodes = nodes_of(rotor, list(places), elements)
-    has_thrust_path = any(bearing.axial_stiffness > 0.0 for bearing in rotor.bearings)
-    flexibility = _cantilever_compliance(rotor, nodes)
-    if not has_thrust_path:
-        flexibility[Z::SIZE] = flexibility[:, Z::SIZE] = 0.0
-    rigid = _rigid_motions(rotor, nodes)
-    if not has_thrust_path:
-        rigid = np.delete(rigid, Z, axis=1)
-    at_bearings = _motion_at(nodes, _bearing_positions(rotor))
+    at_bearings = motion_at(nodes, bearing_positions(rotor))
     stiffness = _stiffness_of_bearings(rotor)
+    has_thrust_path = bool((np.diag(stiffness)[Z::SIZE] > 0.0).any())
+    flexibility, rigid = free_shaft(rotor, nodes, has_thrust_path)
     _require_held(rotor, stiffness, at_bearings @ rigid)
     reactions, motion = _reactions(flexibility, rigid, at_bearings, stiffness)
     carried = np.eye(len(rigid)) + at_bearings.T @ reactions
@@ -225,83 +250,14 @@ def shaft_statics(
     )
 
 
-def shear_coefficient(section: Section, poisson_ratio: float) -> float:
-    """Shear coefficient kappa of a round section, solid or hollow.
-
-    Cowper, The Shear Coefficient in Timoshenko's Beam Theory, J. Appl. Mech. 33 (1966).
-    """
-    nu, m = poisson_ratio, section.bore / section.diameter
-    ring = (1.0 + m**2) ** 2
-    return (
-        6.0 * (1.0 + nu) * ring / ((7.0 + 6.0 * nu) * ring + (20.0 + 12.0 * nu) * m**2)
-    )
-
-
-def shear_number(rotor: Rotor, section: Section, length: float) -> float:
-    """Timoshenko's number phi = 12 E I / (kappa G A L^2) of an element."""
-    E, G = rotor.young_modulus, rotor.shear_modulus
-    kappa = shear_coefficient(section, 0.5 * E / G - 1.0)
-    area, second_moment = section.area, section.second_moment
-    return 12.0 * E * second_moment / (kappa * G * area * length**2)
-
-
-def _bearing_positions(rotor: Rotor) -> list[float]:
-    return [bearing.position for bearing in rotor.bearings]
-
-
-def _static_arm(distance: float) -> Array:
-    """Motion (5, 5) of a point of the axis by that of one at a distance before it."""
-    return rigid_arm(distance)[np.ix_(STATIC_ORDER, STATIC_ORDER)]
-
-
-def _motion_at(nodes: tuple[float, ...], positions: Sequence[float]) -> Array:
-    """Motion (5 p, 5 n) of points of the axis by that of all nodes.
-
-    A point moves with the nearest node, on a rigid arm where it is not there.
-    """
-    motion = np.zeros((len(positions), SIZE, len(nodes), SIZE))
-    for number, position in enumerate(positions):
-        node = node_at(nodes, position)
-        motion[number, :, node] = _static_arm(position - nodes[node])
-    return motion.reshape(SIZE * len(positions), SIZE * len(nodes))
-
-
-def _cantilever_compliance(rotor: Rotor, nodes: tuple[float, ...]) -> Array:
-    """Compliance (5 n, 5 n) of the shaft that is clamped at its first node."""
-    size = SIZE * len(nodes)
-    compliance = np.zeros((size, size))
-    for number, (low, high) in enumerate(pairwise(nodes), start=1):
-        beyond = [_static_arm(node - high) for node in nodes[number:]]
-        carried, at = np.concatenate(beyond), slice(SIZE * number, size)
-        section = section_at(rotor, 0.5 * (low + high))
-        element = _element_compliance(rotor, section, high - low)
-        compliance[at, at] += carried @ element @ carried.T
-    return compliance
-
-
-def _element_compliance(rotor: Rotor, section: Section, length: float) -> Array:
-    """Compliance (5, 5) of the far end of an element whose near end is clamped."""
-    shear = shear_number(rotor, section, length)
-    far_end = element_stiffness(rotor, section, length, shear)[NODE_SIZE:, NODE_SIZE:]
-    stiffness = far_end[np.ix_(STATIC_ORDER, STATIC_ORDER)]
-    stiffness[Z, Z] = rotor.young_modulus * section.area / length
-    compliance = np.linalg.inv(stiffness)
-    return 0.5 * (compliance + compliance.T)
-
-
-def _rigid_motions(rotor: Rotor, nodes: tuple[float, ...]) -> Array:
-    """Rigid motions (5 n, 5) that move a point amid the bearings by unit steps."""
-    middle = float(np.mean(_bearing_positions(rotor) or [0.0]))
-    return np.concatenate([_static_arm(node - middle) for node in nodes])
-
-
 def _stiffness_of_bearings(rotor: Rotor) -> Array:
     """Stiffness (5 b, 5 b) of all bearings against motion of the shaft in them."""
     blocks = []
     for bearing in rotor.bearings:
         block = bearing_stiffness(bearing)[np.ix_(STATIC_ORDER, STATIC_ORDER)]
         block[Z, Z] = bearing.axial_stiffness
-        blocks.append(block)
+        linearised = bearing.linearised
+        blocks.append(block if linearised is None else linearised.stiffness)
     return np.asarray(block_diag(*blocks)) if blocks else np.zeros((0, 0))
 
 
@@ -322,7 +278,7 @@ def _require_held(rotor: Rotor, stiffness: Array, rigid: Array) -> None:
         values = np.linalg.svd(norm[:, None] * resistance * norm, compute_uv=False)
         if values[-1] > HELD_RTOL * values[0]:
             return
-    positions = ", ".join(f"{one:g} m" for one in _bearing_positions(rotor)) or "none"
+    positions = ", ".join(f"{one:g} m" for one in bearing_positions(rotor)) or "none"
     raise RotorError(
         f"rotor {rotor.name!r}: bearings at {positions} do not hold the shaft; "
         "stiffness along x and y in two different places, or tilt_stiffness, is needed"

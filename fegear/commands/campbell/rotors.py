@@ -103,6 +103,11 @@ def require_bodies(gear_set: GearSet) -> list[ShaftBody]:
             )
     bodies = [shaft.body for shaft in gear_set.shafts if shaft.body]
     for number, body in enumerate(bodies, start=1):
+        if body.mounted_bearings:
+            raise InputError(
+                f"{gear_set.name}: shaft {number}: rolling_bearings; shafts that spin "
+                "need linear bearings, bearing_kx_N_per_m and bearing_ky_N_per_m"
+            )
         if len({bearing.position for bearing in body.bearings}) < 2:
             raise InputError(
                 f"{gear_set.name}: shaft {number}: bearing_positions_mm has "

@@ -17,7 +17,10 @@ from fegear.statics.axes import SLOPES
 from fegear.statics.machine import MachineAtRest, mean_loads
 from fegear.statics.mesh_table import mesh_name
 from lumped.common.array_types import Array
+from lumped.rotors.description import Bearing
+from lumped.rotors.free_shafts import TILT_X
 from lumped.rotors.matrices import section_at
+from lumped.rotors.rolling_statics import states_at
 from lumped.rotors.statics import (
     ShaftLoad,
     ShaftSolution,
@@ -37,7 +40,9 @@ class ShaftUnderLoad:
     number : of the shaft in the gear set, from 1
     gears : their names, joined
     gear_positions, bearing_positions : from the first end [m]
-    tilt_stiffness : of the bearings [N m/rad]
+    tilt_stiffness : of the bearings, the larger one of both diameters [N m/rad]
+    pressures : largest contact pressures of its rolling bearings [Pa]; none of linear
+        bearings
     solution : deflections, internal forces and reactions
     bending_stress : at the surface just before and just after every node (n, 2) [Pa]
     imbalance : largest sum of reactions and tooth forces along an axis, over the
@@ -49,6 +54,7 @@ class ShaftUnderLoad:
     gear_positions: tuple[float, ...]
     bearing_positions: tuple[float, ...]
     tilt_stiffness: tuple[float, ...]
+    pressures: tuple[float, ...]
     solution: ShaftSolution
     bending_stress: Array
     imbalance: float
@@ -106,11 +112,26 @@ def loaded_shafts(machine: MachineAtRest) -> Iterator[ShaftUnderLoad]:
             gears=statics.rotor.name,
             gear_positions=statics.places,
             bearing_positions=tuple(one.position for one in bearings),
-            tilt_stiffness=tuple(one.tilt_stiffness for one in bearings),
+            tilt_stiffness=tuple(map(_tilt_stiffness, bearings)),
+            pressures=_pressures(machine, index, fine.motions_of_bearings(solution)),
             solution=solution,
             bending_stress=bending_stress(fine, solution),
             imbalance=_imbalance(loads, solution),
         )
+
+
+def _tilt_stiffness(bearing: Bearing) -> float:
+    if bearing.linearised is None:
+        return bearing.tilt_stiffness
+    return float(np.diag(bearing.linearised.stiffness)[TILT_X:].max())
+
+
+def _pressures(machine: MachineAtRest, shaft: int, motions: Array) -> tuple[float, ...]:
+    """Largest contact pressures of rolling bearings by motions (b, 5) in them [Pa]."""
+    rolling = machine.axes.rolling.get(shaft)
+    if rolling is None:
+        return ()
+    return tuple(max(one.pressures) for one in states_at(rolling.supports, motions))
 
 
 def _shaft_loads(
@@ -245,7 +266,10 @@ def _on_held_axes(problem: ContactProblem) -> ContactProblem:
 
 
 def _motions_by_bearings(machine: MachineAtRest) -> Array:
-    """Motions (g, 5) of axes whose shafts are rigid, under the same loads."""
+    """Motions (g, 5) of axes whose shafts are rigid, under the same loads.
+
+    Rolling bearings are linearised as they are with shafts that bend.
+    """
     motions = np.zeros_like(machine.motions)
     for statics, gears in machine.axes.shafts.values():
         rotor = statics.rotor
@@ -254,8 +278,9 @@ def _motions_by_bearings(machine: MachineAtRest) -> Array:
             young_modulus=RIGID * rotor.young_modulus,
             shear_modulus=RIGID * rotor.shear_modulus,
         )
-        compliance = shaft_statics(rigid, statics.places).compliance
+        of_bearings = shaft_statics(rigid, statics.places)
         loads = machine.loads_on_gears[list(gears)] @ SLOPES
-        moved = (compliance @ loads.ravel()).reshape(loads.shape)
+        moved = of_bearings.offset + of_bearings.compliance @ loads.ravel()
+        moved = moved.reshape(loads.shape)
         motions[list(gears)] = moved @ SLOPES.T
     return motions

@@ -40,6 +40,7 @@ MOMENT_COLUMNS: Columns = {
     "moment x\nN m": cell("moment_x_Nm"),
     "moment y\nN m": cell("moment_y_Nm"),
 }
+PRESSURE_COLUMN: Columns = {"pressure\nMPa": cell("contact_pressure_MPa", 4)}
 BEARING_TITLE = (
     "Forces of bearings on shafts, x to the right and y up seen from the near end, z "
     "toward the far end"
@@ -131,6 +132,8 @@ class LoadedShaftsResult(StudyResult):
         yield f"{self.gear_set}, {self.torque:.12g} N m on the input gear"
         resist = any(any(shaft.tilt_stiffness) for shaft in self.shafts)
         columns = BEARING_COLUMNS | (MOMENT_COLUMNS if resist else {})
+        if any(shaft.pressures for shaft in self.shafts):
+            columns |= PRESSURE_COLUMN
         yield RowTable(values["bearings"], columns, BEARING_TITLE)
         yield RowTable(values["shafts"], SHAFT_COLUMNS, SHAFT_TITLE)
         yield RowTable(values["meshes"], MESH_COLUMNS, MESH_TITLE)
@@ -172,8 +175,12 @@ class LoadedShaftsResult(StudyResult):
 
 
 def _bearing_rows(shaft: ShaftUnderLoad) -> Iterator[dict[str, Any]]:
-    for position, reaction in zip(
-        shaft.bearing_positions, shaft.solution.reactions.tolist(), strict=True
+    pressures = shaft.pressures or (None,) * len(shaft.bearing_positions)
+    for position, reaction, pressure in zip(
+        shaft.bearing_positions,
+        shaft.solution.reactions.tolist(),
+        pressures,
+        strict=True,
     ):
         x, y, z, moment_x, moment_y = reaction
         yield {
@@ -185,6 +192,7 @@ def _bearing_rows(shaft: ShaftUnderLoad) -> Iterator[dict[str, Any]]:
             "radial_force_N": float(np.hypot(x, y)),
             "moment_x_Nm": moment_x,
             "moment_y_Nm": moment_y,
+            "contact_pressure_MPa": None if pressure is None else 1e-6 * pressure,
         }
 
 

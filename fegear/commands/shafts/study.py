@@ -11,8 +11,9 @@ from fegear.commands.shafts.result import LoadedShaftsResult
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
+from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.yielding import on_shafts, yielding_shafts
-from fegear.statics.axes import yielding_axes
+from fegear.statics.axes import require_thrust_on_bearings, yielding_axes
 from fegear.statics.contact_problem import require_solvable
 from fegear.statics.machine import machine_at_rest
 from fegear.statics.settings import StaticsSettings
@@ -52,6 +53,7 @@ class LoadedShafts(Study, command="shafts", example="shafts helical-machine"):
             raise InputError("torque = 0; shafts need at least 1e-6 N m")
         settings = replace(self.elements, estimate_error=False, root_stress=False)
         yielding_axes(gears)  # refused early
+        require_thrust_on_bearings(gears, mesh_torques_at(gears, torque))
         for mesh in range(len(gears.meshes)):
             require_solvable(gears, mesh, settings)
         yield Task("shafts", partial(self._solve, gears, torque, settings))

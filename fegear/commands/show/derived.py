@@ -75,12 +75,32 @@ def _body_figures(body: ShaftBody | None) -> dict[str, Any]:
     )
     axial = [bearing.axial_stiffness for bearing in body.bearings]
     is_stated = any(stiffness is not None for stiffness in axial)
+    rolling = _rolling_figures(body)
     return {
         "length_mm": 1e3 * math.fsum(body.lengths),
         "mass_kg": body.density * volume,
         "bearings": len(body.bearings),
         **({"bearing_kz_N_per_m": axial} if is_stated else {}),
+        **({"rolling_bearings": rolling} if rolling else {}),
     }
+
+
+def _rolling_figures(body: ShaftBody) -> list[dict[str, Any]]:
+    """Figures of the rolling bearings of a shaft."""
+    return [
+        {
+            "position_mm": 1e3 * position,
+            f"{mounted.bearing.noun}s": mounted.bearing.elements,
+            f"{mounted.bearing.noun}_diameter_mm": 1e3
+            * mounted.bearing.element_diameter,
+            "pitch_diameter_mm": 1e3 * mounted.bearing.pitch_diameter,
+            "radial_gap_um": 1e6 * mounted.bearing.free_gap,
+            "contact_stiffness_N_per_m_n": mounted.bearing.coefficient,
+            "free_contact_angle_deg": math.degrees(mounted.free_contact_angle),
+            "axial_preload_um": 1e6 * mounted.axial_preload,
+        }
+        for position, mounted in body.mounted_bearings
+    ]
 
 
 def gear_figures(gear: Gear) -> dict[str, Any]:

@@ -366,9 +366,46 @@ SHAFT_VALUES: Tables = {
     "disk_inertias_kg_m2": [5e-4],
     "disk_transverse_inertias_kg_m2": [2e-4],
 }
+MOUNTED = {
+    kind: BENT
+    | {
+        "shaft": [
+            {
+                "gears": [name],
+                "positions_mm": [60.0],
+                "lengths_mm": [180.0],
+                "diameters_mm": [20.0],
+                "bearing_positions_mm": [10.0, 150.0],
+                "rolling_bearings": [{kind: first}, {"ball_bearing": BALLS}],
+            }
+            for name in ("a", "b")
+        ]
+    }
+    for kind, first in (("ball_bearing", BALLS), ("roller_bearing", ROLLERS))
+}
+SHAFTS = f"shafts {SHORT_USES['shafts'].text} --json"
+MOVING_RACES = {"runout_um", "inner_waviness_um", "outer_waviness_um"}
+MOUNTED_KEYS = {
+    f"rolling_bearings.{kind}.{name}": Key(
+        other, () if name in MOVING_RACES else (SHOWN,), MOUNTED[kind]
+    )
+    for kind, values in (
+        ("ball_bearing", OTHER_BALLS),
+        ("roller_bearing", OTHER_ROLLERS),
+    )
+    for name, other in values.items()
+} | {
+    "rolling_bearings.contact_angle_deg": Key(
+        15.0, (SHOWN, SHAFTS), MOUNTED["ball_bearing"]
+    ),
+    "rolling_bearings.axial_preload_um": Key(
+        9.0, (SHOWN, SHAFTS), MOUNTED["ball_bearing"]
+    ),
+}
 SHAFT_KEYS = {
     **{name: Key(value, (CAMPBELL,), BENT) for name, value in SHAFT_VALUES.items()},
     "bearing_kz_N_per_m": Key([0.0, 3e7], (SHOWN, CAMPBELL), HELICAL_BENT),
+    **MOUNTED_KEYS,
 }
 LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}
 SHIFTED = PAIR | {
@@ -455,14 +492,19 @@ def test_keys_of_planets_meshes_are_those_of_every_mesh(name, side):
     assert at_once["mesh"] == edited(PLANETARY, meshes)["mesh"]
 
 
+def in_first_table(table: str, rest: str) -> str:
+    """The rest of a name with the number of a table where there is a list of them."""
+    head = rest.partition(".")[0]
+    return rest.replace(".", ".1.", 1) if lists_tables([table, head]) else rest
+
+
 def changed_tables(name: str, key: Key) -> Tables:
     table, _, rest = name.partition(".")
     if not rest:
         return key.tables | {name: key.value}
     if table not in LISTS:
         return edited(key.tables, {name: key.value})
-    if lists_tables([table, *rest.split(".")[:-1]]):
-        rest = rest.replace(".", ".1.")
+    rest = in_first_table(table, rest)
     indices = [key.entry] if key.entry else range(1, len(key.tables[table]) + 1)
     return edited(key.tables, {f"{table}.{i}.{rest}": key.value for i in indices})
 
@@ -542,8 +584,7 @@ def test_a_value_of_an_axis_is_that_of_the_key(tmp_path, name, excitation):
     """Tables of the other value of the axis are in the memory then."""
     key = KEYS[name]
     table, _, rest = name.partition(".")
-    if lists_tables([table, *rest.split(".")[:-1]]):
-        rest = rest.replace(".", ".1.")
+    rest = in_first_table(table, rest)
     axis_name = f"{table}.{key.entry}.{rest}" if key.entry else f"defaults.{rest}"
     if excitation.kind != "fe" and key.tables is FAULTY:
         pytest.skip("faults are not known of given stiffness waves")

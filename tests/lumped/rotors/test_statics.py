@@ -24,7 +24,8 @@ from shafts_at_rest import (
 
 from lumped.rotors.beams import bending_stiffness
 from lumped.rotors.description import Bearing, Disk, RotorError, Section
-from lumped.rotors.statics import ShaftLoad, shaft_statics, shear_coefficient
+from lumped.rotors.free_shafts import shear_coefficient
+from lumped.rotors.statics import ShaftLoad, shaft_statics
 
 SOFT, HARD = 4e7, 9e7  # N/m, of bearings
 TWO = (bearing(0.0, SOFT), bearing(LENGTH, HARD))

@@ -1,0 +1,215 @@
+"""Machines at rest on rolling bearings: shafts and meshes beside code of their own."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import root
+from shafts_at_rest import free_stiffness
+
+from fegear import StaticsSettings
+from fegear.commands.campbell.rotors import require_bodies
+from fegear.commands.shafts.loads import loaded_shafts, meshes_on_shafts
+from fegear.files.errors import InputError
+from fegear.files.toml import toml_text
+from fegear.gearset import read_gear_set
+from fegear.gearset.yielding import on_shafts
+from fegear.statics.axes import SLOPES
+from fegear.statics.machine import machine_at_rest
+from fegear.statics.solving import mesh_statics
+
+SETTINGS = StaticsSettings(
+    resolution="coarse", positions=8, estimate_error=False, root_stress=False
+)
+TORQUE = 30.0
+BALLS = {"balls": 9, "ball_diameter_mm": 7.94, "pitch_diameter_mm": 38.5}
+ROLLERS = {
+    "rollers": 13,
+    "roller_diameter_mm": 7.5,
+    "roller_length_mm": 7.5,
+    "pitch_diameter_mm": 39.0,
+    "clearance_um": 5.0,
+}
+PRELOADED = [
+    {"ball_bearing": BALLS, "contact_angle_deg": angle, "axial_preload_um": 5.0}
+    for angle in (25.0, -25.0)
+]
+FLOATING = [
+    {"ball_bearing": BALLS | {"clearance_um": 10.0}},
+    {"roller_bearing": ROLLERS},
+]
+
+
+def machine_tables(bearings, helix_angle_deg=17.0):
+    """Two gears, each on a shaft of its own."""
+    return {
+        "name": "rolling",
+        "defaults": {
+            "module_mm": 2.0,
+            "face_width_mm": 16.0,
+            "helix_angle_deg": helix_angle_deg,
+        },
+        "gear": [
+            {"name": "a", "teeth": 19, "hub_radius_mm": 10.0}
+            | ({"hand": "right"} if helix_angle_deg else {}),
+            {"name": "b", "teeth": 25, "hub_radius_mm": 12.0},
+        ],
+        "mesh": [{"driver": "a", "driven": "b", "backlash_um": 50.0}],
+        "shaft": [
+            {
+                "gears": [name],
+                "positions_mm": [45.0],
+                "lengths_mm": [150.0],
+                "diameters_mm": [25.0],
+                "bearing_positions_mm": [5.0, 145.0],
+                "rolling_bearings": entries,
+            }
+            for name, entries in zip("ab", bearings, strict=True)
+        ],
+        "load": {"gear": "a", "torques_Nm": [TORQUE]},
+    }
+
+
+def machine_of(*bearings, **changes):
+    return read_gear_set(toml_text(machine_tables(bearings, **changes)))
+
+
+@pytest.fixture(scope="module")
+def solved():
+    gear_set = on_shafts(machine_of(PRELOADED, FLOATING))
+    return machine_at_rest(gear_set, TORQUE, SETTINGS)
+
+
+@pytest.mark.parametrize("index", [0, 1])
+def test_shafts_are_in_equilibrium_beside_a_solver_of_scipy(solved, index):
+    """All nodes of the shaft are unknowns, and bearings have their own forces."""
+    shaft = solved.axes.rolling[index]
+    nodes = [0.0, *(one.position for one in shaft.supports), *shaft.places, 0.15]
+    nodes.sort()
+    size = 5 * len(nodes)
+    stiffness = free_stiffness(shaft.rotor, nodes)
+    applied = np.zeros((len(nodes), 5))
+    at_gear = nodes.index(shaft.places[0])
+    applied[at_gear] = SLOPES.T @ solved.loads_on_gears[index]
+
+    def out_of_balance(scaled):
+        u = (1e-4 * scaled).reshape(-1, 5)
+        forces = (stiffness @ u.ravel()).reshape(-1, 5) - applied
+        for one in shaft.supports:
+            at = nodes.index(one.position)
+            forces[at] += one.mounted.state(u[at]).force
+        return 1e-3 * forces.ravel()
+
+    (loaded,) = [s for s in loaded_shafts(solved) if s.number == index + 1]
+    curve = loaded.solution
+    at = [int(np.abs(curve.position - node).argmin()) for node in nodes]
+    ours = np.hstack([curve.deflection, curve.tilt])[at]
+    start = 1e4 * ours.ravel() * np.random.default_rng(73).uniform(0.97, 1.03, size)
+    result = root(out_of_balance, start, tol=1e-13)
+    assert np.abs(out_of_balance(result.x)).max() < 1e-8
+    expected = 1e-4 * result.x.reshape(-1, 5)
+    np.testing.assert_allclose(ours, expected, atol=1e-7 * np.abs(expected).max())
+    motion = SLOPES @ expected[at_gear]
+    np.testing.assert_allclose(
+        solved.motions[index], motion, atol=1e-7 * np.abs(motion).max()
+    )
+    assert loaded.imbalance < 1e-9
+    forces = [
+        -one.mounted.state(expected[nodes.index(one.position)]).force
+        for one in shaft.supports
+    ]
+    largest = np.abs(curve.reactions).max()
+    np.testing.assert_allclose(curve.reactions, forces, atol=1e-6 * largest)
+
+
+def test_meshes_are_solved_on_the_shafts_as_they_are(solved):
+    """Axes of the contact problem move under its mean loads as the shafts do."""
+    assert 2 < solved.exchanges < 12
+    for side, support in enumerate(solved.problems[0].solver.supports.gears):
+        expected = solved.axes.frames[0] @ solved.motions[side]
+        ours = support.compliance @ solved.loads[0, side] + TORQUE * support.motion
+        np.testing.assert_allclose(ours, expected, atol=1e-8 * np.abs(expected).max())
+
+
+def test_parts_of_the_misalignment_add_up(solved):
+    (mesh,) = meshes_on_shafts(solved)
+    parts = sum(mesh.by_shafts) + sum(mesh.by_bearings)
+    assert parts == pytest.approx(mesh.misalignment, rel=1e-9)
+    assert mesh.factor > mesh.held_factor
+
+
+def test_bearings_stiffen_with_the_torque():
+    """Gears move less than in proportion to the torque, and tables have that."""
+    gear_set = on_shafts(machine_of(FLOATING, FLOATING))
+    torques = [0.5 * TORQUE, TORQUE]
+    both = mesh_statics(gear_set, 0, torques, SETTINGS)
+    for t, torque in enumerate(torques):
+        alone = mesh_statics(gear_set, 0, [torque], SETTINGS)
+        assert both.cycle.ste[t] == pytest.approx(alone.cycle.ste[0], rel=1e-12)
+    half, whole = (
+        np.abs(machine_at_rest(gear_set, torque, SETTINGS).motions[:, :2]).max()
+        for torque in torques
+    )
+    assert whole < 1.9 * half
+
+
+def test_rollers_alone_carry_spur_gears():
+    rollers = [{"roller_bearing": ROLLERS}] * 2
+    gear_set = on_shafts(machine_of(rollers, rollers, helix_angle_deg=0.0))
+    solved = machine_at_rest(gear_set, TORQUE, SETTINGS)
+    assert not solved.motions[:, 2].any()
+    assert np.abs(solved.motions[:, :2]).min() > 0.0
+
+
+def test_thrust_that_no_bearing_takes_is_refused_before_anything_is_computed():
+    rollers = [{"roller_bearing": ROLLERS}] * 2
+    with pytest.raises(InputError, match="shaft 1: rolling_bearings has roller bearin"):
+        on_shafts(machine_of(rollers, FLOATING))
+    one_way = [replace_angle(25.0), {"roller_bearing": ROLLERS}]
+    other_way = [replace_angle(-25.0), {"roller_bearing": ROLLERS}]
+    refused = []
+    for bearings in (one_way, other_way):
+        gear_set = on_shafts(machine_of(bearings, FLOATING))
+        try:
+            machine_at_rest(gear_set, TORQUE, SETTINGS)
+        except InputError as error:
+            refused.append(str(error))
+    # a right-handed driver is pushed toward the near end
+    (message,) = refused
+    assert message.startswith("rolling: rotor 'a': axial force = -")
+    assert "toward the near end; must be 0 without a ball bearing" in message
+
+
+def replace_angle(degrees):
+    return PRELOADED[0] | {"contact_angle_deg": degrees}
+
+
+def test_shafts_that_spin_need_linear_bearings():
+    with pytest.raises(InputError, match="shaft 1: rolling_bearings; shafts that spin"):
+        require_bodies(machine_of(PRELOADED, FLOATING))
+
+
+def test_two_stages_exchange_their_loads():
+    tables = machine_tables([PRELOADED, FLOATING])
+    tables["gear"] += [
+        {"name": "c", "teeth": 19, "hub_radius_mm": 10.0, "hand": "left"},
+        {"name": "d", "teeth": 25, "hub_radius_mm": 12.0},
+    ]
+    tables["mesh"].append({"driver": "c", "driven": "d", "backlash_um": 50.0})
+    tables["shaft"][1] |= {"gears": ["b", "c"], "positions_mm": [45.0, 95.0]}
+    tables["shaft"].append(tables["shaft"][0] | {"gears": ["d"]})
+    gear_set = on_shafts(read_gear_set(toml_text(tables)))
+    solved = machine_at_rest(gear_set, TORQUE, SETTINGS)
+    assert solved.exchanges < 20
+    for shaft in loaded_shafts(solved):
+        assert shaft.imbalance < 1e-9
+        assert min(shaft.pressures) > 1e8
+    supports = solved.problems[1].solver.supports
+    driver = solved.axes.frames[1] @ solved.motions[2]
+    of_mesh = supports.driver.compliance @ solved.loads[1, 0]
+    ours = of_mesh + TORQUE * 25 / 19 * supports.driver.motion
+    np.testing.assert_allclose(ours, driver, atol=1e-8 * np.abs(driver).max())
+    held = replace(supports.driver, motion=np.zeros(5))
+    assert not replace(supports, driver=held, driven=held).are_moved
