@@ -12,6 +12,7 @@ from own_machine import OwnShaft, contact_points, solve_contact
 from yielding_machines import HUBS, SETTINGS, TEETH, TORQUE, two_stages
 
 from fegear.contact.pairs import pair_gaps
+from fegear.contact.problem import ContactFailure
 from fegear.contact.width.contact import WidthContact
 from fegear.contact.width.damage import MomentaryLine, PairsAt
 from fegear.contact.width.lines import FaceSolver, pairs_over_width
@@ -261,3 +262,10 @@ def test_pitch_errors_change_nothing_of_the_loads_of_other_meshes():
     assert np.abs(equal).max() > 1e-6
     assert other == pytest.approx(equal, rel=1e-12)
     assert loaded_problem(uneven, *place).driver.pitch_errors == errors
+
+
+def test_a_shaft_that_hardly_anything_holds_is_said_to_be_one():
+    keys = {"bearing_positions_mm": [5.0, 5.000001]}
+    gear_set = SETTINGS.on_shafts(two_stages(**keys))
+    with pytest.raises(ContactFailure, match="bearings of the shafts hardly hold"):
+        mesh_statics(gear_set, 0, [TORQUE], SETTINGS)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -77,10 +77,10 @@ class MeshOnShafts:
         that at the near end, by tilted axes [m]
     by_shafts, by_bearings : parts of it that driver and driven gear have from the
         bending of their shafts and from their bearings [m]
-    to_mend : misalignment under the loads of axes that are held, which are those of all
-        meshes once leads take their misalignments away [m]
-    away : lead slope of either gear that does so, over the whole face width of that
-        gear [m]
+    to_mend : misalignment under the loads of aligned axes that are held, without leads,
+        which are those of all meshes once leads take their misalignments away [m]
+    away : lead slope of either gear that does so, of its whole face width, in place of
+        leads that there are; it takes the misalignment of the gear set away too [m]
     """
 
     number: int
@@ -102,7 +102,7 @@ class MeshOnShafts:
 
 def loaded_shafts(machine: MachineAtRest) -> Iterator[ShaftUnderLoad]:
     """Shafts that yield, under the loads of a machine at rest."""
-    for index, (statics, gears) in machine.axes.shafts.items():
+    for index, (statics, gears) in sorted(machine.axes.shafts.items()):
         loads = _shaft_loads(machine, statics, gears)
         fine = shaft_statics(statics.rotor, statics.places, ELEMENTS)
         solution = fine.solve(loads)
@@ -192,7 +192,9 @@ def _imbalance(loads: Sequence[ShaftLoad], solution: ShaftSolution) -> float:
 
 def meshes_on_shafts(machine: MachineAtRest) -> Iterator[MeshOnShafts]:
     """Meshes that carry load, with the parts of their misalignments."""
-    held, by_bearings = _with_held_axes(machine), _motions_by_bearings(machine)
+    held = _with_contacts(machine, _on_held_axes)
+    aligned = _with_contacts(machine, _on_aligned_axes)
+    by_bearings = _motions_by_bearings(machine)
     for mesh, (cycle, held_cycle) in enumerate(
         zip(machine.cycles, held.cycles, strict=True)
     ):
@@ -200,9 +202,10 @@ def meshes_on_shafts(machine: MachineAtRest) -> Iterator[MeshOnShafts]:
             continue
         total, of_bearings, to_mend = (
             _gaps_of_tilts(machine, mesh, motions)
-            for motions in (machine.motions, by_bearings, held.motions)
+            for motions in (machine.motions, by_bearings, aligned.motions)
         )
-        of_shafts = total - of_bearings
+        of_shafts, gap = total - of_bearings, float(to_mend.sum())
+        gap_of_set = machine.gear_set.meshes[mesh].misalignment
         face, held_face = cycle.face, held_cycle.face
         yield MeshOnShafts(
             number=mesh + 1,
@@ -218,8 +221,8 @@ def meshes_on_shafts(machine: MachineAtRest) -> Iterator[MeshOnShafts]:
             misalignment=float(total.sum()),
             by_shafts=(float(of_shafts[0]), float(of_shafts[1])),
             by_bearings=(float(of_bearings[0]), float(of_bearings[1])),
-            to_mend=float(to_mend.sum()),
-            away=_opposite_slopes(machine.gear_set, mesh, float(to_mend.sum())),
+            to_mend=gap,
+            away=_opposite_slopes(machine.gear_set, mesh, gap + gap_of_set),
         )
 
 
@@ -245,9 +248,11 @@ def _opposite_slopes(
     return driver, driven
 
 
-def _with_held_axes(machine: MachineAtRest) -> MachineAtRest:
-    """The machine with contacts and loads of axes that are held."""
-    problems = tuple(map(_on_held_axes, machine.problems))
+def _with_contacts(
+    machine: MachineAtRest, changed: Callable[[ContactProblem], ContactProblem]
+) -> MachineAtRest:
+    """The machine with other contacts, and loads by them."""
+    problems = tuple(map(changed, machine.problems))
     cycles = tuple(
         None if cycle is None else solve_cycle(problem, cycle.torque, cycle.position)
         for problem, cycle in zip(problems, machine.cycles, strict=True)
@@ -263,6 +268,16 @@ def _on_held_axes(problem: ContactProblem) -> ContactProblem:
     if not isinstance(problem.solver, WidthContact):
         return problem
     return replace(problem, solver=replace(problem.solver, supports=None))
+
+
+def _on_aligned_axes(problem: ContactProblem) -> ContactProblem:
+    """The contact of axes that are held and aligned, without leads."""
+    held = _on_held_axes(problem)
+    if isinstance(held.solver, WidthContact):
+        aligned = replace(held.solver, gap=np.zeros_like(held.solver.gap))
+        held = replace(held, solver=aligned)
+    driver, driven = (replace(flank, lead=None) for flank in held.flanks)
+    return replace(held, driver=driver, driven=driven)
 
 
 def _motions_by_bearings(machine: MachineAtRest) -> Array:

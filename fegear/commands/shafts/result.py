@@ -144,10 +144,10 @@ class LoadedShaftsResult(StudyResult):
     def _lead_line(self, mesh: MeshOnShafts) -> str:
         driver, driven = (f"{1e6 * slope:.3g}" for slope in mesh.away)
         return (
-            f"mesh {mesh.number}: with the load where it is with axes held, the "
-            f"misalignment is {1e6 * mesh.to_mend:.3g} um; slope_um = {driver} of "
-            f"driver_lead or {driven} of driven_lead takes it away; the best lead: "
-            f"{self._relief_command(mesh)}"
+            f"mesh {mesh.number}: under the load of aligned axes shafts and bearings "
+            f"misalign it by {1e6 * mesh.to_mend:.3g} um; slope_um = {driver} of "
+            f"driver_lead or {driven} of driven_lead, in place of leads that there "
+            f"are, takes it away; the best lead: {self._relief_command(mesh)}"
         )
 
     def _relief_command(self, mesh: MeshOnShafts) -> str:
@@ -238,7 +238,7 @@ def _mesh_row(mesh: MeshOnShafts) -> dict[str, Any]:
         "load_center_mm": 1e3 * mesh.center,
         "misalignment_um": 1e6 * mesh.misalignment,
         **{f"{part}_um": value for part, value in zip(PARTS, in_order, strict=True)},
-        "misalignment_of_held_load_um": 1e6 * mesh.to_mend,
+        "misalignment_of_aligned_load_um": 1e6 * mesh.to_mend,
         "driver_lead_slope_um": 1e6 * driver,
         "driven_lead_slope_um": 1e6 * driven,
     }

@@ -217,7 +217,7 @@ class WearingFaces(WearingMesh):
         halved = replace(
             solver,
             gap=solver.gap_at(places),
-            back_gap=solver.of_back_flanks.gap_at(places),
+            back_gap=replace(solver, gap=solver.back_gap).gap_at(places),
         )
         return replace(self, contact=replace(self.contact, solver=halved))
 

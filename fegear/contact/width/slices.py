@@ -151,7 +151,15 @@ class Slices:
         approach, slope = self.compliance.own_contact(at, parts, size)
         tangent = matrix[np.ix_(touches, touches)] + np.diag(slope)
         fixed = -closing * self.gap[touches] - (approach - slope * at)
-        rate, offset = np.linalg.solve(tangent, np.stack([closing, fixed], axis=1)).T
+        both = np.stack([closing, fixed], axis=1)
+        try:
+            rate, offset = np.linalg.solve(tangent, both).T
+        except np.linalg.LinAlgError:
+            raise ContactFailure(
+                "contact over the face width not solved: axes of the gears yield so "
+                "much more than teeth that these are lost in round-off; sections and "
+                "bearings of the shafts hardly hold them"
+            ) from None
         return tangent, rate, offset
 
     def _at_torque(

@@ -14,6 +14,7 @@ import fegear
 from fegear.commands.wear.archard import StepPlan, path_points, wear_off
 from fegear.commands.wear.faces import WearingFaces
 from fegear.contact.solve import solve_cycle
+from fegear.contact.width.supports import MOTIONS, AxisSupports, GearSupport
 from fegear.files.errors import InputError
 from fegear.files.toml import toml_text
 
@@ -58,6 +59,18 @@ def test_the_error_by_slices_covers_that_beside_finer_ones(helix_angle_deg):
     error = (change / in_slices.mean(axis=(1, 2))).max()
     estimated = rough.slice_error(rough.load(rough.unworn), rough.unworn)
     assert 0.7 * error < estimated < 5.0 * error
+
+
+def test_gears_on_axes_that_yield_wear_with_an_error_by_slices():
+    mesh = wearing(18.0, 5e-6)
+    compliance = np.diag([1e-9, 1e-9, 1e-9, 1e-6, 1e-6])
+    axis = GearSupport(compliance=compliance, motion=np.zeros(MOTIONS))
+    solver = replace(mesh.solver, supports=AxisSupports(axis, axis))
+    yielding = replace(mesh, contact=replace(mesh.contact, solver=solver))
+    loaded = yielding.load(yielding.unworn)
+    assert loaded.deflection > mesh.load(mesh.unworn).deflection + 4e-6
+    error = yielding.slice_error(loaded, yielding.unworn)
+    assert 0.0 < error < 0.2
 
 
 def test_the_volume_is_that_of_load_times_sliding():
