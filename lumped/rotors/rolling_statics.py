@@ -30,7 +30,10 @@ FACTOR = 10.0  # on the springs to the last motion, by success
 MIN_SPRING = 1e-13  # over the stiffness of bearings and shaft
 SEARCH_RTOL = 1e-7  # of the loads, from which on Newton steps converge
 EQUILIBRIUM_RTOL = 1e-11  # of the loads
+ROUND_OFF_RTOL = 1e-8  # likewise, where round-off beside clearance stops the steps
 MAX_NEWTON_STEPS = 12
+FREE_RTOL = 1e-12  # axial over radial stiffness, below which a shaft is free along z
+WEAK = 1e-6  # over the radial stiffness, of springs that leave such a shaft in place
 SEAT = 1e-9  # compliance of a bearing's seat over the largest of the shaft
 
 
@@ -85,13 +88,14 @@ def rolling_shaft_statics(
             elements,
         )
         solution = statics.solve(loads)
-        before, motions = motions, statics.motions_of_bearings(solution)
-        if not statics.has_thrust_path:
-            motions[:, Z] = before[:, Z]
+        motions = statics.motions_of_bearings(solution)
         forces = np.array([state.force for state in problem.states(motions)])
         largest = max(problem.size, problem.norm(forces))
-        if problem.norm(solution.reactions + forces) <= EQUILIBRIUM_RTOL * largest:
+        imbalance = problem.norm(solution.reactions + forces) / largest
+        if imbalance <= EQUILIBRIUM_RTOL:
             return statics
+    if imbalance <= ROUND_OFF_RTOL:
+        return statics
     raise RotorError(_no_equilibrium(rotor))
 
 
@@ -283,15 +287,25 @@ def _without_stiffness(position: float) -> Bearing:
 def _linearised(
     supports: Sequence[RollingSupport], motions: Array, states: Sequence[RingState]
 ) -> tuple[Bearing, ...]:
+    """Bearings with their tangents at motions (b, 5).
+
+    Where axial clearance leaves a shaft free, weak springs hold it at its place.
+    """
+    stiffnesses = np.array([state.stiffness for state in states])
+    radial = float(stiffnesses[:, :Z, :Z].max())
+    if stiffnesses[:, Z, Z].sum() <= FREE_RTOL * radial:
+        for stiffness, support in zip(stiffnesses, supports, strict=True):
+            stiffness[Z, Z] += WEAK * radial * bool(support.mounted.thrust_senses)
     return tuple(
         replace(
             _without_stiffness(support.position),
             linearised=LinearisedSupport(
-                stiffness=state.stiffness,
-                force=state.stiffness @ motion - state.force,
+                stiffness=stiffness, force=stiffness @ motion - state.force
             ),
         )
-        for support, motion, state in zip(supports, motions, states, strict=True)
+        for support, motion, state, stiffness in zip(
+            supports, motions, states, stiffnesses, strict=True
+        )
     )
 
 

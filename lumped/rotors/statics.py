@@ -102,8 +102,8 @@ class ShaftStatics:
     nodes : positions [m]
     places : where loads act [m]
     has_thrust_path : whether a bearing is stiff along the axis; without one, z is 0
-    node_compliance : (5 n, 5 n) displacements along x, y and z and tilts about x and y of
-        each node, under unit forces and moments there
+    node_compliance : (5 n, 5 n) displacements along x, y, z and about x and y of every
+        node in turn, under unit forces and moments there
     reaction_matrix : (5 bearings, 5 n) forces and moments of bearings on the shaft
         under these
     """
@@ -119,8 +119,8 @@ class ShaftStatics:
     def compliance(self) -> Array:
         """Displacements (5 g, 5 g) of the g places under unit loads at them.
 
-        At each place they are those along x, y and z and the tilts about x and y, and
-        forces and moments likewise. Those of z are 0 where there is no thrust path.
+        They are along x, y, z and about x and y of every place in turn, forces and
+        moments likewise. Rows and columns of z are 0 where there is no thrust path.
         """
         motion = motion_at(self.nodes, self.places)
         return np.asarray(motion @ self.node_compliance @ motion.T)

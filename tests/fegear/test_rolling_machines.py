@@ -213,3 +213,18 @@ def test_two_stages_exchange_their_loads():
     np.testing.assert_allclose(ours, driver, atol=1e-8 * np.abs(driver).max())
     held = replace(supports.driver, motion=np.zeros(5))
     assert not replace(supports, driver=held, driven=held).are_moved
+
+
+@pytest.mark.parametrize("bearings", [PRELOADED, FLOATING], ids=["preloaded", "play"])
+def test_local_stiffness_is_the_slope_over_the_torque(bearings):
+    """Of machines solved at two torques, each with its bearings as they are there.
+
+    The slope of a position has the load of that position, in place of its mean.
+    """
+    gear_set = on_shafts(machine_of(bearings, bearings))
+    step = 1e-3 * TORQUE
+    torques = [TORQUE - step, TORQUE, TORQUE + step]
+    cycle = mesh_statics(gear_set, 0, torques, SETTINGS).cycle
+    low, _, high = cycle.ste
+    slope = 2.0 * step / cycle.base_radius / (high - low)
+    np.testing.assert_allclose(cycle.local_stiffness[1], slope, rtol=1e-3)

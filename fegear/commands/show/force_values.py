@@ -26,7 +26,8 @@ REACTIONS_TITLE = (
     "Forces of bearings on shafts, without weight and with pure torques at their ends:"
 )
 NOT_DETERMINED = (
-    "statics needs two bearings at different positions, without tilt stiffness"
+    "statics needs two bearings at different positions, without tilt stiffness and "
+    "not rolling ones, see `fegear shafts`"
 )
 ROUND_OFF_RTOL = 1e-9  # of a sum of forces that cancel
 

@@ -253,6 +253,7 @@ def shaft_line(
     mass_kg: float | None = None,
     bearings: int = 0,
     bearing_kz_N_per_m: Sequence[float] = (),
+    rolling_bearings: Sequence[dict[str, Any]] = (),
 ) -> str:
     """Rigid shaft: a, b; or its stiffness between successive gears; and its body."""
     line = f"Rigid shaft: {', '.join(gears)}"
@@ -267,9 +268,19 @@ def shaft_line(
         return line
     body = f"{shown_value(length_mm)} mm long, {shown_value(mass_kg)} kg"
     line = f"{line}; {body}, {pluralize(bearings, 'bearing')}"
+    if rolling_bearings:
+        return f"{line}: {', '.join(map(_rolling_text, rolling_bearings))}"
     if not bearing_kz_N_per_m:
         return line
     return f"{line} with {shown_value(list(bearing_kz_N_per_m))} N/m along the axis"
+
+
+def _rolling_text(bearing: dict[str, Any]) -> str:
+    """9 balls at -25 deg, or 12 rollers."""
+    if "rollers" in bearing:
+        return pluralize(bearing["rollers"], "roller")
+    angle = shown_value(bearing["free_contact_angle_deg"])
+    return f"{pluralize(bearing['balls'], 'ball')} at {angle} deg"
 
 
 def _figures_table(

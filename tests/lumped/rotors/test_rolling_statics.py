@@ -252,3 +252,49 @@ def test_shafts_that_bearings_do_not_hold_are_refused():
         rolling_shaft_statics(shaft([]), one_way, loads)
     with pytest.raises(RotorError, match="no bearings; one or more needed"):
         rolling_shaft_statics(shaft([]), [], balanced)
+
+
+def random_support(rng, position):
+    """Ball or roller bearing with clearance, contact angle or preload at random."""
+    kind, count = rng.integers(3), int(rng.integers(6, 20))
+    size = {"element_diameter": 6e-3, "pitch_diameter": 60e-3}
+    clearance = float(rng.choice([0.0, 5e-6, 20e-6, 100e-6, -5e-6]))
+    if kind == 0:
+        mounted = MountedBearing(
+            bearing=BallBearing(balls=count, clearance=clearance, **size)
+        )
+    elif kind == 1:
+        angle = float(rng.choice([-40.0, -25.0, -15.0, 15.0, 25.0, 40.0]))
+        mounted = MountedBearing(
+            bearing=BallBearing(balls=count, **size),
+            contact_angle=math.radians(angle),
+            axial_preload=float(rng.uniform(-50e-6, 30e-6)),
+        )
+    else:
+        mounted = MountedBearing(
+            bearing=RollerBearing(
+                rollers=count, length=8e-3, clearance=clearance, **size
+            )
+        )
+    return RollingSupport(position=float(position), mounted=mounted)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_equilibrium_of_random_shafts_under_loads_of_all_sizes(seed):
+    """Two to four bearings; small loads leave some of them without contact."""
+    rng = np.random.default_rng([73, seed])
+    positions = np.sort(rng.uniform(0.0, LENGTH, rng.integers(2, 5)))
+    supports = [random_support(rng, position) for position in positions]
+    loads = loads_of(10.0 ** rng.uniform(-4.0, 1.0), [73, seed])
+    senses = {sense for one in supports for sense in one.mounted.thrust_senses}
+    if math.copysign(1, sum(load.force[2] for load in loads)) not in senses:
+        loads = [replace(load, force=(*load.force[:2], 0.0)) for load in loads]
+    statics = rolling_shaft_statics(shaft([]), supports, loads)
+    solution = statics.solve(loads)
+    motions = statics.motions_of_bearings(solution)
+    forces = np.array([state.force for state in states_at(supports, motions)])
+    largest = np.abs(forces).max()
+    assert np.abs(solution.reactions + forces).max() <= 1e-8 * largest
+    applied = np.array([load.force for load in loads])
+    total = applied.sum(axis=0) + solution.reactions[:, :3].sum(axis=0)
+    assert np.abs(total).max() <= 1e-11 * largest

@@ -84,6 +84,39 @@ def test_show_prints_which_bearings_of_a_shaft_float():
     )
 
 
+def test_show_prints_the_rolling_bearings_of_a_shaft():
+    balls = {"ball_diameter_mm": 7.94, "pitch_diameter_mm": 38.5, "balls": 9}
+    rollers = {
+        "rollers": 12,
+        "roller_diameter_mm": 7.5,
+        "roller_length_mm": 8.0,
+        "pitch_diameter_mm": 39.0,
+    }
+    gear_set = make_gear_set(
+        {
+            "name": "rolling",
+            "defaults": {"module_mm": 2.0, "face_width_mm": 10.0, "hub_radius_mm": 9.0},
+            "gear": [{"name": name, "teeth": 21} for name in "ab"],
+            "mesh": [{"driver": "a", "driven": "b"}],
+            "shaft": [
+                {
+                    "gears": ["a"],
+                    "positions_mm": [40.0],
+                    "lengths_mm": [100.0],
+                    "diameters_mm": [18.0],
+                    "bearing_positions_mm": [5.0, 95.0],
+                    "rolling_bearings": [
+                        {"ball_bearing": balls, "contact_angle_deg": -25.0},
+                        {"roller_bearing": rollers},
+                    ],
+                }
+            ],
+        }
+    )
+    (shaft,) = gear_set_figures(gear_set)["shafts"]
+    assert shaft_line(**shaft).endswith(", 2 bearings: 9 balls at -25 deg, 12 rollers")
+
+
 def test_show_prints_markup_as_it_stands(tmp_path):
     path = tmp_path / "set.toml"
     path.write_text(
