@@ -85,6 +85,7 @@ NEEDS: Mapping[str, dict[str, Any]] = {
     },
     "--resolution": {"without": ELEMENTS},
     **{name: {"instead": "--speeds --speed --at"} for name in ("--band", "--rpm")},
+    "--shafts": {"set": "bent", "value": "off"},
     "--table": {"beside": "--model 3", "without": ELEMENTS},
     "--tooth": {"beside": "-o s.csv"},
     "--translations": {"set": "train"},
