@@ -26,7 +26,7 @@ from fegear.commands.campbell.result import (
 )
 from fegear.commands.campbell.rotors import Motion, has_axial_motion, rotor_system
 from fegear.files.errors import InputError
-from fegear.files.output import INTO_PICTURE, TO_TABLE
+from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
@@ -60,11 +60,11 @@ DEFAULT_MODE = 4  # at rest, whose frequency the fastest shaft reaches by defaul
 VIBRATION = "needs mesh stiffnesses by finite elements and motion in space"
 TABLES = MappingProxyType(
     {
-        "critical": f"Write the critical speeds {TO_TABLE}.",
+        "critical": f"Write the critical speeds {TO_SINGLE_TABLE}.",
         "bearing_forces": "Write RMS forces of all bearings over the speed, excited by "
-        f"the meshes, {TO_TABLE}; {VIBRATION}.",
+        f"the meshes, {TO_SINGLE_TABLE}; {VIBRATION}.",
         "mesh_forces": "Write RMS forces between the teeth of all meshes over the "
-        f"speed {TO_TABLE}; {VIBRATION}.",
+        f"speed {TO_SINGLE_TABLE}; {VIBRATION}.",
     }
 )
 PICTURES = MappingProxyType(
