@@ -73,7 +73,8 @@ MESH_COLUMNS = (
     *("peak_force_N", "mean_force_N"),
 )
 BEARING_TITLE = (
-    "Largest vibration of bearings over the speed, excited by the meshes, RMS"
+    "Largest vibration of bearings over the speed, excited by the meshes, RMS, with "
+    "the damping ratio of the gear set in all modes"
 )
 MESH_TITLE = "Largest vibration of the force between teeth over the speed, RMS"
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.commands.shafts.loads import MeshOnShafts, ShaftUnderLoad
 from lumped.common.array_types import Array
@@ -14,6 +16,7 @@ from lumped.figures.drawing import draw_legend, draw_title
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.gridspec import GridSpec
 
 PANEL = 3.6, 2.7  # size of a panel [inch]
 MIN_WIDTH = 7.2  # of the figure, for the legend [inch]
@@ -35,10 +38,10 @@ def draw_shafts(
 
     size = max(MIN_WIDTH, PANEL[0] * max(len(shafts), len(meshes))), 3.3 * PANEL[1]
     figure = Figure(figsize=size, layout="constrained")
-    parts = figure.subfigures(2, 1, squeeze=False, height_ratios=[2, 1])
-    of_shafts, of_meshes = parts.flat
-    top = of_shafts.subplots(2, len(shafts), squeeze=False, sharex="col", sharey="row")
-    bottom = of_meshes.subplots(1, len(meshes), squeeze=False)
+    # as many columns as both rows of panels divide
+    grid = figure.add_gridspec(3, math.lcm(len(shafts), len(meshes)))
+    top = _panels(figure, grid, (0, 1), len(shafts))
+    bottom = _panels(figure, grid, (2,), len(meshes))
     for (deflection, moment), shaft in zip(top.T, shafts, strict=True):
         _draw_deflection(deflection, shaft)
         _draw_moment(moment, shaft)
@@ -56,6 +59,27 @@ def draw_shafts(
     draw_legend(figure, handles, len(handles))
     draw_title(figure, title)
     return figure
+
+
+def _panels(
+    figure: Figure, grid: GridSpec, rows: Sequence[int], count: int
+) -> NDArray[Any]:
+    """Axes (rows, count) of rows of a grid, with shared scales of each row."""
+    step = grid.ncols // count
+    panels = np.empty((len(rows), count), object)
+    for i, row in enumerate(rows):
+        for j in range(count):
+            panels[i, j] = figure.add_subplot(
+                grid[row, step * j : step * (j + 1)],
+                sharex=panels[0, j] if i else None,
+                sharey=panels[i, 0] if j and len(rows) > 1 else None,
+            )
+    if len(rows) > 1:
+        for axes in panels[:-1].flat:
+            axes.tick_params(labelbottom=False)
+        for axes in panels[:, 1:].flat:
+            axes.tick_params(labelleft=False)
+    return panels
 
 
 def _draw_deflection(axes: Axes, shaft: ShaftUnderLoad) -> None:

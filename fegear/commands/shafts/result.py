@@ -14,7 +14,7 @@ from fegear.commands.shafts.figure import draw_shafts
 from fegear.commands.shafts.loads import MeshOnShafts, ShaftUnderLoad
 from fegear.files.codes import with_code
 from fegear.files.version import package_version
-from fegear.studies.page import Columns, Page, RowTable, cell, pluralize
+from fegear.studies.page import Columns, Page, RowTable, cell, number, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from lumped.common.array_types import Array
@@ -22,6 +22,12 @@ from lumped.common.array_types import Array
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+SLOPE_TOLERANCE = 5e-10  # of a lead, below which none is made [m]
+# largest values of shafts, beyond which they are of no shaft that is built
+LIMITS = (
+    ("tilt_mrad", 10.0, "tilts by {} mrad; tilts are small below 10 mrad"),
+    ("bending_stress_MPa", 2000.0, "bending stress {} MPa; steel bears below 2000 MPa"),
+)
 SIDES = "before", "after"
 NODE_COLUMNS = (
     *("deflection_x_m", "deflection_y_m", "deflection_z_m", "tilt_x_rad", "tilt_y_rad"),
@@ -104,7 +110,7 @@ class LoadedShaftsResult(StudyResult):
             "shafts": [_largest_values(shaft) for shaft in self.shafts],
             "meshes": [_mesh_row(mesh) for mesh in self.meshes],
             "exchanges": self.exchanges,
-            "warnings": [*self.gear_warnings],
+            "warnings": [*self.gear_warnings, *self._shaft_warnings()],
         }
 
     @property
@@ -141,7 +147,22 @@ class LoadedShaftsResult(StudyResult):
         yield from map(self._lead_line, self.meshes)
         yield self._balance_line()
 
+    def _shaft_warnings(self) -> Iterator[str]:
+        for values in map(_largest_values, self.shafts):
+            for name, most, text in LIMITS:
+                if not values[name] <= most:
+                    at = text.format(number(values[name]))
+                    yield with_code("W69", f"shaft of {values['shaft']}: {at}")
+
     def _lead_line(self, mesh: MeshOnShafts) -> str:
+        if (
+            mesh.factor <= mesh.held_factor
+            or max(map(abs, mesh.away)) < SLOPE_TOLERANCE
+        ):
+            return (
+                f"mesh {mesh.number}: the load is as even as with axes held, and needs "
+                "no lead slope"
+            )
         driver, driven = (f"{1e6 * slope:.3g}" for slope in mesh.away)
         return (
             f"mesh {mesh.number}: under the load of aligned axes shafts and bearings "
@@ -160,6 +181,8 @@ class LoadedShaftsResult(StudyResult):
             "--lead": "crowning,slope",
             "--objective": "distribution",
         }
+        if self.study.elements.plane is not None:
+            options["--plane"] = self.study.elements.plane
         pairs = (part for option in options.items() for part in option)
         command = "fegear", "relief", source.name, *edits, "--no-tip", *pairs
         return shlex.join(command)

@@ -57,6 +57,36 @@ def machine():
     return machine_at_rest(on_shafts(load_gear_set(SET)), 40.0, ON_PATH)
 
 
+def test_the_picture_has_a_panel_for_every_shaft_and_mesh(result):
+    """Without parts of figures, which pages for browsers do not have."""
+    figure = result.figures["plot"]()
+    assert not figure.subfigs
+    titles = [axes.get_title() for axes in figure.axes]
+    assert [title.partition(":")[0] for title in titles if "shaft" in title] == [
+        f"shaft {number}" for number in (1, 2, 3)
+    ]
+    assert sum(title.startswith("mesh ") for title in titles) == 2
+    assert len(figure.axes) == 8
+
+
+def test_a_lead_is_stated_in_place_of_those_that_there_are(result):
+    """Also beside a misalignment of the gear set, which it takes away as well."""
+    lead = GearSetRef(name=SET, edits=("mesh.1.driver_lead.slope_um=-1",))
+    misaligned = GearSetRef(name=SET, edits=("mesh.1.misalignment_um=-3",))
+    nominal = result.meshes[0].away
+    assert shafts_of(lead).meshes[0].away == pytest.approx(nominal, rel=1e-6)
+    moved = [slope + 3e-6 for slope in nominal]
+    assert shafts_of(misaligned).meshes[0].away == pytest.approx(moved, abs=5e-8)
+
+
+def test_shafts_that_are_too_thin_are_warned_of(result):
+    thin = GearSetRef(name=SET, edits=("shaft.1.diameters_mm=[4]",))
+    texts = [w for w in shafts_of(thin).summary["warnings"] if "[W69]" in w]
+    assert {text.partition(":")[0] for text in texts} == {"shaft of pinion-1"}
+    assert "tilts by" in texts[0]
+    assert not [w for w in result.summary["warnings"] if "[W69]" in w]
+
+
 def test_reactions_balance_the_forces(result):
     for shaft in result.shafts:
         assert shaft.imbalance < 1e-12
