@@ -28,7 +28,11 @@ NAMES = {
 TYPER_COMMANDS = dict(typer_commands())
 COMMANDS = list(registry.commands())
 # other options that a file needs, and ends of names are refused only after those
+VIBRATING = "--stiffness fe --motion space --plane width"
 NEEDS = {
+    "campbell --bearing-forces": VIBRATING,
+    "campbell --mesh-forces": VIBRATING,
+    "campbell --response": VIBRATING,
     "eccentric --contact": "--teeth 40 --torque 10",
     "relief --pareto": "--torque 60:140:20 --compromises 5",
     "relief --front": "--torque 60:140:20 --compromises 5",

@@ -50,7 +50,7 @@ def cycle(request, contact):
 def test_fields_are_over_what_they_declare(cycle):
     face = cycle.face
     sizes = {"t": 2, "n": 8, "k": cycle.teeth.size, "m": face.place.size, "g": 2}
-    sizes |= {"l": len(LEAD_SIZES), "h": 0, "c": 0}
+    sizes |= {"l": len(LEAD_SIZES), "h": 0, "c": 0, "q": 0}
     for values in (cycle, face):
         for name, over in DECLARED[type(values)].items():
             sizes["s"] = 0 if name.endswith(("_slope", "_change")) else sizes["n"]
