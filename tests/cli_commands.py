@@ -41,7 +41,7 @@ def refused(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     assert run([str(word) for word in arguments]) == 2
     printed, error = capsys.readouterr()
     assert not printed
-    # a busy machine may take minutes, each of which has a line
+    # a command prints a line every minute, and a busy machine may take some
     error = "".join(
         line for line in error.splitlines(keepends=True) if not PROGRESS.match(line)
     )

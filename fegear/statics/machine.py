@@ -4,8 +4,8 @@ Forces of a mesh move the gears of other meshes on the same shafts. Each mesh is
 with the axes moved by the mean loads of all others, over its cycle, and the loads are
 exchanged until they are the ones of all meshes. What is left out is how the loads of
 the others wander while their teeth pass: meshes of different frequency meet in all
-positions. Shafts on rolling bearings are linearised at the mean loads, and exchanged
-loads are those of the bearings' own characteristics.
+positions. Shafts on rolling bearings are linearised at the mean loads of each exchange,
+so that the last one has the bearings' own law.
 """
 
 from __future__ import annotations

@@ -29,8 +29,8 @@ MAX_PRELOAD = 1e-2  # m
 class RingState:
     """Contacts of a bearing whose inner ring is displaced, Z elements.
 
-    force : forces along x, y, z and moments about x and y (5,) that displace the ring,
-        opposite to those of the bearing on the shaft [N], [N m]
+    force : forces along x, y, z and moments about x and y (5,) that displace the ring;
+        the bearing pushes the shaft with the opposite ones [N], [N m]
     stiffness : tangent (5, 5) [N/m], [N], [N m]
     energy : strain energy of all contacts [J]
     loads : (Z,) on the elements [N]

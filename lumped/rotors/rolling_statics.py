@@ -25,7 +25,7 @@ from lumped.rotors.matrices import nodes_of
 from lumped.rotors.statics import THRUST_RTOL, ShaftLoad, ShaftStatics, shaft_statics
 
 MAX_STEPS = 300
-FIRST_MOTION = 1e-4  # m, of which the first step is at most
+FIRST_MOTION = 1e-4  # largest motion in the first step [m]
 FACTOR = 10.0  # on the springs to the last motion, by success
 MIN_SPRING = 1e-13  # over the stiffness of bearings and shaft
 SEARCH_RTOL = 1e-7  # of the loads, from which on Newton steps converge

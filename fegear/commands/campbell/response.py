@@ -15,7 +15,7 @@ import numpy as np
 
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
-from fegear.statics.load_variation import LoadVariation
+from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from lumped.common.array_types import Array, Complex
 from lumped.figures.drawing import draw_legend, draw_title
 from lumped.rotors.description import RotorSystem
@@ -26,9 +26,9 @@ from lumped.rotors.whirl import WhirlProblem
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from fegear.statics.load_variation import LoadVariation
+
 EQUAL_ORDERS = 1e-9  # of frequencies over the speed, whose vibrations add up
-
-
 HARMONICS = 8  # of every mesh; teeth excite little above
 LEGEND_COLUMNS = 2
 LOWEST_FORCE = 1e-4  # of the largest force between teeth
@@ -127,15 +127,19 @@ def machine_response(
     excitations = _excitations(gear_set, system, motions, variations)
     forces = [HarmonicForce(order=one.order, force=one.force) for one in excitations]
     orders = np.array([one.order for one in excitations])
+    # of the teeth of a mesh (e, meshes), by its own harmonics
+    own_loads = np.zeros((orders.size, len(variations)), np.complex128)
+    for row, one in enumerate(excitations):
+        own_loads[row, one.mesh] = one.loads[0]
     on_bearings, on_meshes, peaks = [], [], []
-    for done, speed in enumerate((2.0 * math.pi / 60.0 * rpm).tolist()):
+    for done, speed in enumerate((2.0 * math.pi / SECONDS_PER_MINUTE * rpm).tolist()):
         report(done)
         motion = steady_response(problem, forces, speed, damping_ratio)
         of_bearings = bearing_forces(system, matrices, orders * speed, motion)
-        of_meshes = np.stack(
+        of_meshes = own_loads + np.stack(
             [
-                _mesh_force(mesh, excitations, motions[mesh], motion, variation)
-                for mesh, variation in enumerate(variations)
+                (motion @ rows.T) @ variation.stiffness[0]
+                for rows, variation in zip(motions, variations, strict=True)
             ],
             axis=1,
         )
@@ -188,19 +192,6 @@ def _excitations(
                 )
             )
     return excitations
-
-
-def _mesh_force(
-    mesh: int,
-    excitations: Sequence[_Excitation],
-    motions: Array,
-    motion: Complex,
-    variation: LoadVariation,
-) -> Complex:
-    """Force between the teeth of a mesh under every excitation (e,) [N]."""
-    force = (motion @ motions.T) @ variation.stiffness[0]
-    at_rest = [one.loads[0] if one.mesh == mesh else 0.0 for one in excitations]
-    return np.asarray(force + np.array(at_rest))
 
 
 def _rms(orders: Array, amplitudes: Complex) -> Array:

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -34,8 +34,6 @@ from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation_settings import ExcitationSettings
-from fegear.statics.load_variation import LoadVariation, load_variation
-from fegear.statics.machine import machine_at_rest
 from fegear.studies.problem import Job, Task
 from fegear.studies.settings import group, setting
 from fegear.studies.study import PLOT, Study
@@ -54,6 +52,9 @@ from lumped.rotors.critical import CriticalSpeed, critical_speeds
 from lumped.rotors.description import RotorSystem
 from lumped.rotors.matrices import assemble
 from lumped.rotors.whirl import WhirlProblem, mode_kind
+
+if TYPE_CHECKING:
+    from fegear.statics.load_variation import LoadVariation
 
 RPM = 2.0 * math.pi / SECONDS_PER_MINUTE  # rad/s
 DEFAULT_MODE = 4  # at rest, whose frequency the fastest shaft reaches by default
@@ -198,6 +199,9 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         self, gears: GearSet, load: float, job: Job
     ) -> tuple[list[LoadVariation], list[tuple[float, str]]]:
         """Loads of all meshes over their cycles; mean stiffnesses and their origin."""
+        from fegear.statics.load_variation import load_variation
+        from fegear.statics.machine import machine_at_rest
+
         torques = mesh_torques_at(gears, load)
         for number, torque in enumerate(torques, start=1):
             if not torque:
