@@ -76,6 +76,12 @@ NEEDS: Mapping[str, dict[str, Any]] = {
     "--friction": {"beside": COARSE, "without": ELEMENTS},
     "--max-periods": {"beside": "--damping-ratio 1e-4"},
     "--mesh": {"set": "train"},
+    "--motion": {
+        "value": "space",
+        "set": "bent",
+        "beside": f"{COARSE} --plane width",
+        "without": ELEMENTS,
+    },
     "--plane": {"beside": COARSE, "without": ELEMENTS},
     "--ramp": {"beside": "--excitation trapezoid"},
     "--random-seed": {"beside": "--random 3"},

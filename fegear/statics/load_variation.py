@@ -27,6 +27,36 @@ from lumped.common.array_types import Array, Complex
 
 
 @dataclass(frozen=True, eq=False)
+class StandingMesh:
+    """Loads and stiffness of a mesh over its cycle, with axes where they are at rest.
+
+    torque : on the driver [N m]
+    error : transmission error (n,) at n equally spaced positions [m]
+    axes : motions (10,) of the axes of driver and driven gear along the push, the
+        normal and the axis, and slopes toward both [m and rad]
+    loads : (n, 11) that belong to the transmission error and to these motions
+    stiffness : (n, 11, 11) of the teeth in contact
+    """
+
+    torque: float
+    error: Array
+    axes: Array
+    loads: Array
+    stiffness: Array
+
+    @property
+    def variation(self) -> LoadVariation:
+        """Loads at the mean motion of the gears."""
+        change = self.error - self.error.mean()
+        loads = self.loads - self.stiffness[:, :, 0] * change[:, None]
+        return LoadVariation(
+            stiffness=self.stiffness.mean(axis=0),
+            loads=loads - loads.mean(axis=0),
+            mean_force=float(self.loads[0, 0]),
+        )
+
+
+@dataclass(frozen=True, eq=False)
 class LoadVariation:
     """Loads of a mesh over its cycle at the mean motion of its gears.
 
@@ -45,30 +75,26 @@ class LoadVariation:
         return np.asarray(2.0 / len(self.loads) * spectrum[1 : count + 1])
 
 
-def load_variation(machine: MachineAtRest, mesh: int, positions: int) -> LoadVariation:
-    """Variation of the loads of a mesh, at its torque in the machine."""
+def standing_mesh(machine: MachineAtRest, mesh: int, positions: int) -> StandingMesh:
+    """Loads of a mesh with axes held where they are at rest, at its torque."""
     problem, gear_set = machine.problems[mesh], machine.gear_set
     if not isinstance(problem.solver, WidthContact):
         raise TypeError("loads are uniform over the face width")
     torque = mesh_torques_at(gear_set, machine.torque)[mesh]
     frame = machine.axes.frames[mesh]
+    axes = [frame @ machine.motions[gear] for gear in gear_set.meshes[mesh].gears]
     driver, driven = (
-        GearSupport(
-            np.zeros((MOTIONS, MOTIONS)), frame @ machine.motions[gear] / torque
-        )
-        for gear in gear_set.meshes[mesh].gears
+        GearSupport(np.zeros((MOTIONS, MOTIONS)), motion / torque) for motion in axes
     )
     standing = replace(problem.solver, supports=AxisSupports(driver, driven))
     held = replace(problem, solver=standing)
     cycle = solve_cycle(held, torque, np.arange(positions) / positions)
-    stiffness = cycle.face.rigid_stiffness[0]
-    force = torque / cycle.base_radius
     on_axes = -loads_on_axes(held, cycle).reshape(positions, 2 * MOTIONS)
-    loads = np.column_stack([np.full(positions, force), on_axes])
-    error = cycle.ste[0] - cycle.ste[0].mean()
-    loads -= stiffness[:, :, 0] * error[:, None]
-    return LoadVariation(
-        stiffness=stiffness.mean(axis=0),
-        loads=loads - loads.mean(axis=0),
-        mean_force=force,
+    force = np.full(positions, torque / cycle.base_radius)
+    return StandingMesh(
+        torque=torque,
+        error=cycle.ste[0],
+        axes=np.concatenate(axes),
+        loads=np.column_stack([force, on_axes]),
+        stiffness=cycle.face.rigid_stiffness[0],
     )

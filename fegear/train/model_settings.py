@@ -42,8 +42,10 @@ AUTO_MODEL = (
 
 Bearings = Literal["rolling", "linear"]
 BendingRatio = float | Mapping[int, Wave]
+GearMotion = Literal["plane", "space"]
 LINEAR_ONLY = "the coupled model has linear bearings only"
 NO_FRICTION = "the coupled model has no friction"
+SPRINGS_IN_SPACE = "motion in space is that of springs over the face width"
 
 
 @documented
@@ -63,6 +65,12 @@ class LumpedModel(ShortRepr):
         False,
         "Let gears with bearing stiffnesses move in the plane; by default all gears "
         "only rotate.",
+    )
+    motion: GearMotion = option(
+        "plane",
+        "Motion of gears. plane: they rotate, and move on their bearings with "
+        "{translations}; space: they also tilt and move along their axes, on shafts "
+        "with sections and bearings, and loads vary over the face width, of model 1.",
     )
     bearings: Bearings = option(
         "rolling",
@@ -127,11 +135,26 @@ class LumpedModel(ShortRepr):
             raise ValueError(
                 f"friction = {self.friction:g}; needs model 1, not {self.number}"
             )
+        if self.motion == "space":
+            self._require_space()
         if self._unmodified and self.number not in (1, "auto"):
             raise ValueError(
                 f"relief_stiffness = unmodified; needs model 1, not {self.number}"
             )
         self.tooth_friction(0.0)  # checks its fields
+
+    def _require_space(self) -> None:
+        """Raise ValueError for what motion in space has not."""
+        if self.number not in (1, "auto"):
+            raise ValueError(f"motion = space; needs model 1, not {self.number}")
+        if self.translations:
+            raise ValueError(
+                "translations = True; motion = space has all of them, leave it out"
+            )
+        if self.friction:
+            raise ValueError(
+                f"friction = {self.friction:g}; must be 0 with motion = space"
+            )
 
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
         """Friction of a mesh, with its friction-bending ratio.
@@ -244,6 +267,8 @@ def has_rolling_bearings(model: LumpedModel, gear_set: GearSet) -> bool:
 def _needs_model_1(model: LumpedModel, gear_set: GearSet, method: Method) -> str:
     """Why a gear set cannot have the coupled model, empty if it can."""
     source = model.excitation
+    if model.motion == "space":
+        return SPRINGS_IN_SPACE
     if model.friction:
         return NO_FRICTION
     if has_rolling_bearings(model, gear_set):

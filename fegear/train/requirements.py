@@ -18,6 +18,7 @@ from fegear.train.model_settings import (
     contact_source_of,
     has_rolling_bearings,
 )
+from fegear.train.rotors import rotor_system
 from lumped.steady import steppers
 from lumped.steady.integration_settings import Method
 
@@ -40,6 +41,8 @@ def require_model(
         require_spur(gear_set, f"friction = {model.friction:g}")
     if model.number == "coupled":
         _require_coupled(gear_set, model, source)
+    if model.motion == "space":
+        _require_space(gear_set, source)
     if isinstance(source, Excitations):
         for mesh in range(len(gear_set.meshes)):
             source.require_mesh(gear_set, mesh)
@@ -59,6 +62,7 @@ def require_method(
         steppers.CONTACTS: model.number == "coupled",
         steppers.FRICTION: model.friction > 0.0,
         steppers.ROLLING: has_rolling_bearings(model, gear_set),
+        steppers.SPACE: model.motion == "space",
         steppers.RAMP: ramp,
     }
     try:
@@ -77,3 +81,19 @@ def _require_coupled(
         alternative = "the coupled model without body counts none of it"
         require_inertia_of_bodies(gear_set, alternative)
         require_inertia_beyond_springs(gear_set, alternative)
+
+
+def _require_space(gear_set: GearSet, source: ExcitationSource) -> None:
+    """Raise InputError where gears cannot move in space."""
+    if not isinstance(source, Excitations) or source.settings.kind != "fe":
+        raise InputError(
+            "motion = space; loads over the face width come from finite elements, "
+            "other excitations know nothing of them"
+        )
+    plane = source.settings.statics.plane_of(gear_set)
+    if plane != "width":
+        raise InputError(
+            f"motion = space; needs loads that vary over the face width, plane = width,"
+            f" not {plane}"
+        )
+    rotor_system(gear_set, [1.0] * len(gear_set.meshes), 1, "space")

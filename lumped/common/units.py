@@ -21,6 +21,7 @@ UNITS = {
     "N_per_m": "N/m",
     "m_per_N": "m/N",
     "rad_per_s": "rad/s",
+    "m_per_s2": "m/s2",
     "m_per_s": "m/s",
     "per_period": "1/period",
     "per_turn": "1/turn",

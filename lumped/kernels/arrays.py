@@ -120,6 +120,30 @@ class BearingSamples(NamedTuple):
     waves: Array
 
 
+class SpaceSamples(NamedTuple):
+    """Samples of a train whose gears move in space, with springs over the face width.
+
+    place (s, 3, p) of each spring along the axis, from the middle that the deflection
+        of its mesh refers to [m]
+    tilts (m, n) difference of slopes in each mesh per coordinate, by which a spring's
+        deflection grows with its place [1/(m sqrt(kg))]
+    tilt_stiffness (m,) of the meshes, included in rigidity [N m/rad]
+    velocity_forces (n, n) forces over velocities besides modal damping: of bearings and
+        of gyroscopic moments at the speed [1/s]
+    cross_stiffness (n, n) forces across displacements, besides rigidity, as of the oil
+        in bearings [1/s2]; (0, 0) without
+    """
+
+    h: Array
+    stiffness: Array
+    gap: Array
+    place: Array
+    tilts: Array
+    tilt_stiffness: Array
+    velocity_forces: Array
+    cross_stiffness: Array
+
+
 class Pieces(NamedTuple):
     """Stiffness and gap of each pair as piecewise cubic functions.
 

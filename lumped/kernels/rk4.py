@@ -15,6 +15,7 @@ from lumped.kernels.arrays import (
     BearingSamples,
     ExcitationSamples,
     FrictionSamples,
+    SpaceSamples,
     VariedSteps,
 )
 from lumped.kernels.bearing_force import record_bearings, set_bearing_acceleration
@@ -34,6 +35,7 @@ from lumped.kernels.mesh_force import (
     record_state,
     set_spring_acceleration,
 )
+from lumped.kernels.space_force import record_space, set_space_acceleration
 from lumped.kernels.tangent import normalise_perturbations, set_varied_acceleration
 
 STEPS_PER_RESCALING = 64  # steps after which small changes are brought back to length 1
@@ -51,14 +53,16 @@ def set_acceleration(system, steps, instant, q, v, a, s):
     """Modal accelerations (n,) and mesh deflections (m,) at an instant.
 
     Of springs along Samples, of springs with friction along FrictionSamples, with
-    rolling bearings along BearingSamples, of springs and small changes of the motion
-    along VariedSteps.
+    rolling bearings along BearingSamples, of gears that move in space along
+    SpaceSamples, of springs and small changes of the motion along VariedSteps.
     """
     kernel: Any = set_spring_acceleration
     if isinstance(steps, FrictionSamples):
         kernel = set_friction_acceleration
     elif isinstance(steps, BearingSamples):
         kernel = set_bearing_acceleration
+    elif isinstance(steps, SpaceSamples):
+        kernel = set_space_acceleration
     elif isinstance(steps, VariedSteps):
         kernel = set_varied_acceleration
     kernel(system, steps, instant, q, v, a, s)
@@ -71,6 +75,8 @@ def record_row(system, steps, k, q, v, out):
         kernel = record_friction
     elif isinstance(steps, BearingSamples):
         kernel = record_bearings
+    elif isinstance(steps, SpaceSamples):
+        kernel = record_space
     kernel(system, steps, k, q, v, out)
 
 
@@ -80,6 +86,7 @@ dispatch_by_record(
         ExcitationSamples: set_spring_acceleration,
         FrictionSamples: set_friction_acceleration,
         BearingSamples: set_bearing_acceleration,
+        SpaceSamples: set_space_acceleration,
         VariedSteps: set_varied_acceleration,
     },
 )
@@ -89,6 +96,7 @@ dispatch_by_record(
         ExcitationSamples: record_springs,
         FrictionSamples: record_friction,
         BearingSamples: record_bearings,
+        SpaceSamples: record_space,
     },
 )
 

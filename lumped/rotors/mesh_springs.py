@@ -93,3 +93,22 @@ def rigid_motions(result: GyroscopicSystem, mesh: MeshSpring) -> Array:
             motions[first + 2, along] = 1.0
         motions[0, at + ROTATION] = mesh.sense * mesh.base_radii[gear]
     return motions
+
+
+def approach_of_motions(mesh: MeshSpring) -> Array:
+    """Approach of flanks, and how it grows along the axis, by rigid motions (2, 11).
+
+    In the middle of the plane of action, as `mesh_rows` has both per displacement.
+    """
+    rows = np.zeros((2, RIGID_MOTIONS))
+    rows[0, 0] = 1.0
+    axial = math.tan(mesh.base_helix_angle)
+    for gear, side in ((0, 1.0), (1, -1.0)):
+        ahead = side * mesh.middle_roll_lengths[gear]
+        aside = side * mesh.base_radii[gear]
+        along = mesh.offsets[gear] - axial * ahead
+        first = 1 + 5 * gear
+        rows[0, first : first + 5] = 1.0, 0.0, axial, along, -axial * aside
+        rows[0, first : first + 5] *= side
+        rows[1, first + 3] = side
+    return rows

@@ -56,6 +56,12 @@ class CoordinateMotion:
             time = self.time[0] + np.mod(time - self.time[0], self.period)
         return self._cubics(time), self._cubics(time, 1)
 
+    def acceleration(self, time: Array) -> Array:
+        """Accelerations (k, N) of all coordinates at times (k,)."""
+        if self.is_periodic:
+            time = self.time[0] + np.mod(time - self.time[0], self.period)
+        return np.asarray(self._cubics(time, 2))
+
     def deflection(self, displacement: Array) -> Array:
         """Transmission errors (k, m) at displacements (k, N) [m]."""
         rows = self.system.modes.coordinates.mesh_rows

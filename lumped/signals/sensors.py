@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from lumped.common.array_types import Array
+from lumped.common.checks import require_present
 from lumped.signals.coordinate_motion import CoordinateMotion
 from lumped.train.system import LumpedSystem
 
@@ -23,13 +24,13 @@ def signal_names(system: LumpedSystem) -> tuple[str, ...]:
         *(f"mesh{number}_dte_m" for number in range(1, 1 + len(train.meshes))),
         *(f"{name}_speed_deviation_rad_per_s" for name in gears),
         *(f"{name}_bearing_{axis}_N" for name in borne for axis in "xy"),
+        *(system.space.sensors if system.space is not None else ()),
     )
 
 
 def _turning_gears(system: LumpedSystem) -> list[int]:
-    indices = system.modes.coordinates.indices
     numbers = range(len(system.train.gears))
-    return [number for number in numbers if (number, "rotation") in indices]
+    return [number for number in numbers if system.rotation_row(number) is not None]
 
 
 def _borne_gears(system: LumpedSystem) -> list[int]:
@@ -47,15 +48,16 @@ def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]
 
     Transmission error of every mesh; deviation of the angular speed of every gear that
     can rotate from its nominal one, positive where the gear is faster; forces of gears
-    on bearings that can move, along x and y.
+    on bearings that can move, along x and y. Of gears that move in space, forces of
+    shafts on all bearings, and the accelerations of the shafts in them.
     """
     system = motion.system
     train, indices = system.train, system.modes.coordinates.indices
     displacement, velocity = motion.at(time)
     signals = list(motion.deflection(displacement).T)
     for number in _turning_gears(system):
-        deviation = velocity[:, indices[number, "rotation"]]
-        signals.append(train.sense(number) * deviation)
+        row = require_present(system.rotation_row(number), "rotation")
+        signals.append(train.sense(number) * (velocity @ row))
     for number in _borne_gears(system):
         gear = train.gears[number]
         center = displacement[:, [indices[number, axis] for axis in "xy"]]
@@ -63,6 +65,9 @@ def sensor_signals(motion: CoordinateMotion, time: Array) -> Mapping[str, Array]
         axes = np.array([[cosine, -sine], [sine, cosine]])  # columns: directions
         force = (center @ axes * np.array(gear.bearing_stiffness)) @ axes.T
         signals.extend(force.T)
+    if system.space is not None:
+        acceleration = motion.acceleration(time)
+        signals.extend(system.space.sensed(displacement, velocity, acceleration).T)
     return dict(zip(signal_names(system), signals, strict=True))
 
 
@@ -92,10 +97,10 @@ def signals_of_pieces(
 
 def _vibration(motion: CoordinateMotion, time: Array, gear: int) -> Array:
     """Rotation (k,) of a gear at times (k,) beside its mean rotation [rad]."""
-    index = motion.system.modes.coordinates.indices.get((gear, "rotation"))
-    if index is None:
+    row = motion.system.rotation_row(gear)
+    if row is None:
         return np.zeros(time.size)
-    return motion.system.train.sense(gear) * motion.at(time)[0][:, index]
+    return np.asarray(motion.system.train.sense(gear) * (motion.at(time)[0] @ row))
 
 
 def with_noise(

@@ -208,6 +208,7 @@ WAVE_LEGEND = {
     "dte_m, force_N": "positive where the drive flanks are pressed together",
     "state": "1 drive side, 0 lost, -1 back side, empty where the pair is not in mesh",
     "pairs": "counted from the one that enters the mesh",
+    "springs": "over the face width of gears that move in space, from its start",
 }
 
 
@@ -224,8 +225,12 @@ def wave_columns(motion: TimeHistory) -> dict[str, list[Any]]:
         if motion.system.has_friction:
             name = f"mesh{m + 1}_friction_power_W"
             columns[name] = motion.friction_power[:, m].tolist()
+        part = "pair"
+        if history.moments is not None:
+            part = "spring"
+            columns[f"mesh{m + 1}_moment_Nm"] = history.moments[:, m].tolist()
         for p in range(pairs.force.shape[1]):
-            name = f"mesh{m + 1}_pair{p + 1}"
+            name = f"mesh{m + 1}_{part}{p + 1}"
             columns[f"{name}_force_N"] = pairs.force[:, p].tolist()
             samples = zip(pairs.state[:, p], pairs.in_mesh[:, p], strict=True)
             states = [int(state) if in_mesh else None for state, in_mesh in samples]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from lumped.common.array_types import Array, Indices
 from lumped.common.checks import require_present
 from lumped.common.short_repr import ShortRepr
+from lumped.kernels.arrays import SpaceSamples
 from lumped.steady.integration_settings import Settings
 from lumped.steady.response import History
 from lumped.steady.steppers import steps_per_period
@@ -79,6 +80,8 @@ def pair_motions(
     samples = system.samples(steps_per_period(system, frequency, settings))
     h, stiffness, gap = samples[:3]
     rows = np.arange(history.time.size) % h.size
+    if isinstance(samples, SpaceSamples):
+        return _springs_in_space(system, samples, rows, history)
     first_pairs = system.arrays.first_pair
     motions = tuple(
         _spring_motion(
@@ -96,6 +99,37 @@ def pair_motions(
     normal_forces = np.split(history.friction[:, 0], first_pairs[1:-1], axis=1)
     motions_and_forces = zip(motions, normal_forces, strict=True)
     return tuple(replace(pairs, force=force) for pairs, force in motions_and_forces)
+
+
+def _springs_in_space(
+    system: LumpedSystem,
+    samples: SpaceSamples,
+    rows: NDArray[np.intp],
+    history: History,
+) -> tuple[PairMotion, ...]:
+    """Springs over the face width of gears that move in space, in order of places.
+
+    rows : (t,) of the samples, at the points of the history
+    """
+    tilts = require_present(history.tilts, "tilts")
+    motions = []
+    for m, mesh in enumerate(system.train.meshes):
+        springs = slice(*system.arrays.first_pair[m : m + 2])
+        gap, place = samples.gap[rows, :, springs], samples.place[rows, :, springs]
+        gap = gap - place * tilts[:, m, None, None]
+        # the end of a step has the tilt of the next point
+        next_tilts = np.append(tilts[1:, m], tilts[-1, m])
+        gap[:, 2] = samples.gap[rows, 2, springs]
+        gap[:, 2] -= place[:, 2] * next_tilts[:, None]
+        motion = _spring_motion(
+            samples.stiffness[rows, :, springs],
+            gap,
+            history.deflection[:, m],
+            np.diff(history.time),
+            mesh.backlash,
+        )
+        motions.append(replace(motion, conditions={}))
+    return tuple(motions)
 
 
 def _spring_motion(

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from lumped.common.array_types import Array
 from lumped.common.checks import require_fields, require_present
 from lumped.common.options import Range, option
-from lumped.kernels.arrays import CoupledSystem, ExcitationSamples
+from lumped.kernels.arrays import CoupledSystem, SpaceSamples
 from lumped.steady.integration_settings import Settings
 from lumped.steady.response import History
 from lumped.steady.steady_state import Diverged
@@ -145,15 +145,21 @@ def _springs(
     rounds = max(1, STEPS_PER_BLOCK // samples.h.size)
     edges = np.concatenate([[0.0], np.cumsum(np.tile(samples.h, rounds))])
     edges[:: samples.h.size] = system.common_period[0] * np.arange(rounds + 1)
-    stiffness, gap = (
-        np.tile(values, (rounds, 1, 1)) for values in (samples.stiffness, samples.gap)
-    )
+    varying = {
+        name: np.tile(getattr(samples, name), (rounds, 1, 1))
+        for name in ("stiffness", "gap", "place")
+        if hasattr(samples, name)
+    }
     begin = 0.0
     while begin < ramp.cycles:
         count = int(np.searchsorted(edges, ramp.cycles - begin))
         count = min(max(count, 1), edges.size - 1)
         time = _times(ramp, begin + edges[: count + 1])
-        piece = ExcitationSamples(np.diff(time), stiffness[:count], gap[:count])
+        excitation = {name: values[:count] for name, values in varying.items()}
+        piece = samples._replace(h=np.diff(time), **excitation)
+        if isinstance(piece, SpaceSamples):  # moments of the mean speed of the piece
+            frequency = float(ramp.frequency_at(0.5 * (time[0] + time[-1])))
+            piece = piece._replace(velocity_forces=system.velocity_forces(frequency))
         yield time, system.arrays, piece
         begin += float(edges[-1])
 

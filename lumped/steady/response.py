@@ -57,6 +57,11 @@ class History(ShortRepr):
     bearings : (t, b, 4) array or None
         Displacement along x and y [m] of the rings of b rolling bearings, and the force
         of the ring on its rolling elements along x and y [N].
+    moments : (t, m) array or None
+        Moment of the mesh force about the middle of the mesh [N m] of gears that move
+        in space, which turns the driven gear's axis toward the push.
+    tilts : (t, m) array or None
+        Difference of the slopes of both gears along the push [rad], of these gears.
     states : (t, 2, n) array or None
         Displacements and velocities of the n coordinates that are integrated.
     """
@@ -71,6 +76,8 @@ class History(ShortRepr):
     contacts: Array | None = field(default=None, kw_only=True)
     friction: Array | None = field(default=None, kw_only=True)
     bearings: Array | None = field(default=None, kw_only=True)
+    moments: Array | None = field(default=None, kw_only=True)
+    tilts: Array | None = field(default=None, kw_only=True)
     states: Array | None = field(default=None, kw_only=True)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
-from lumped.kernels.arrays import FrictionSamples, VariedSteps
+from lumped.kernels.arrays import FrictionSamples, SpaceSamples, VariedSteps
 from lumped.steady.integration_settings import Method, Settings
 from lumped.steady.newton_shooting import integrate_or_shoot
 from lumped.steady.response import History
@@ -36,6 +36,7 @@ CONTACT_ROWS, FRICTION_ROWS = 2, 3  # rows recorded for each contact, or pair
 # Kinds of motion besides that of teeth as springs on linear bearings at one speed
 CONTACTS, FRICTION = "the coupled model", "teeth with friction"
 ROLLING, RAMP = "rolling bearings", "a ramp of the speed"
+SPACE, SPACE_ROWS = "motion in space", 2  # rows recorded of each mesh besides others
 BEARING_VALUES = 4  # recorded of each rolling bearing: displacement and force
 MAX_STEPS_PER_PERIOD = 512  # fixed; beyond it results do not depend on their number
 # Steps of the coupled model shift a contact resonance by a relative amount of some 1e-3
@@ -99,7 +100,7 @@ class FixedStepper(LumpedStepper):
     """Stepper with equal steps of fourth order: classical Runge-Kutta for springs;
     for the coupled model, steps that are exact except for the contact forces."""
 
-    takes = frozenset({CONTACTS, FRICTION, ROLLING, RAMP})
+    takes = frozenset({CONTACTS, FRICTION, ROLLING, RAMP, SPACE})
 
     def kernel_arguments(self, speed: Speed) -> tuple[Any, Any]:
         """Arguments of the kernels: system arrays and the steps of a common period."""
@@ -110,7 +111,11 @@ class FixedStepper(LumpedStepper):
         samples = system.samples(steps)
         if isinstance(samples, FrictionSamples):
             return system.arrays, scale_to_frequency(samples, frequency)
-        return system.rk4_arrays, samples._replace(h=samples.h / frequency)
+        samples = samples._replace(h=samples.h / frequency)
+        if isinstance(samples, SpaceSamples):
+            forces = system.velocity_forces(frequency)
+            return system.arrays, samples._replace(velocity_forces=forces)
+        return system.rk4_arrays, samples
 
     def _at_speed(self, state: Array, speed: Speed) -> Array:
         """A copy of a state, in which rings of rolling bearings have their speed."""
@@ -203,6 +208,7 @@ class FixedStepper(LumpedStepper):
         sections, growth : see `lumped.kernels.rk4.integrate_variations`
         """
         self.system.require_linear_bearings("small changes of a motion")
+        self.system.require_no_space("small changes of a motion")
         arrays, steps = self.kernel_arguments(speed)
         if self.system.contacts is None:
             n, damping = self.system.angular.size, np.diag(arrays.damping)
@@ -409,6 +415,8 @@ def _kinds(system: LumpedSystem) -> Iterator[str]:
         yield FRICTION
     if system.rolling is not None:
         yield ROLLING
+    if system.space is not None:
+        yield SPACE
 
 
 def warm_up(stepper: Stepper, frequency: float, settings: Any) -> None:
@@ -441,6 +449,8 @@ def allocate_record(system: LumpedSystem, instants: int) -> Array:
         extra_rows = math.ceil(
             BEARING_VALUES * system.rolling.count / len(system.excitations)
         )
+    elif system.space is not None:
+        extra_rows = SPACE_ROWS
     elif system.has_friction:
         extra_rows = FRICTION_ROWS * np.bincount(system.excitation.mesh_of).max()
     return np.full((instants, 6 + extra_rows, len(system.excitations)), np.nan)
@@ -453,6 +463,9 @@ def history_of(time: Array, out: Array, system: LumpedSystem) -> History:
     deflections, since hubs follow the mean rotations and the contact forces.
     """
     history = History(time, *out[:, :6].transpose(1, 0, 2))
+    if system.space is not None:
+        moments, slopes_of_teeth = out[:, 6], out[:, 7]
+        return replace(history, moments=moments, tilts=slopes_of_teeth)
     if system.has_friction:
         mesh_of = system.excitation.mesh_of
         return replace(history, friction=_per_contact(out, mesh_of, FRICTION_ROWS))

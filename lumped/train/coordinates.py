@@ -18,6 +18,7 @@ from lumped.train.bodies import Carrier, Gear, TrainError
 from lumped.train.train import Mesh, Train
 
 BEARING, SHAFT = SPRING_KINDS = "bearing", "shaft"  # with couplings at their ends
+TILT = "tilt"  # of teeth against each other, over the face width
 BALANCE_RTOL = 1e-9  # of the moment of masses about the axis of a carrier
 
 

@@ -47,6 +47,9 @@ class PairExcitation(ShortRepr):
     ahead : int, optional
         Base pitches by which the pair is ahead of the reference pair, which passes the
         pitch point at position 0; None for a spring that represents the whole mesh.
+    place : Wave, optional
+        Place of the spring along the axis, from the middle of its mesh [m], of gears
+        that move in space.
 
     Raises
     ------
@@ -57,6 +60,7 @@ class PairExcitation(ShortRepr):
     stiffness: Wave
     gap: Wave
     ahead: int | None = None
+    place: Wave | None = None
 
     def __post_init__(self) -> None:
         require_fields(self)

@@ -126,7 +126,11 @@ class Modes(ShortRepr):
         return (momentum * (2.0 * ratio * self.angular)) @ momentum.T
 
 
-def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
+def natural_modes(
+    train: Train,
+    mean_stiffness: Sequence[float],
+    coordinates: Coordinates | None = None,
+) -> Modes:
     """Modes with the mean stiffnesses of the meshes.
 
     Parameters
@@ -135,6 +139,8 @@ def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
         Train with m meshes.
     mean_stiffness : (m,) array_like
         Mean stiffness of each mesh [N/m], positive.
+    coordinates : Coordinates, optional
+        Degrees of freedom in place of those of the train.
 
     Returns
     -------
@@ -157,7 +163,7 @@ def natural_modes(train: Train, mean_stiffness: Sequence[float]) -> Modes:
             f"mean_stiffness = {mean_stiffness}; must hold {len(train.meshes)} "
             "positive numbers"
         )
-    coordinates = train_coordinates(train)
+    coordinates = coordinates or train_coordinates(train)
     rows = np.concatenate([coordinates.mesh_rows, coordinates.spring_rows])
     stiffness_roots = np.sqrt(np.concatenate([stiffness, coordinates.spring_stiffness]))
     scale = 1.0 / np.sqrt(coordinates.mass)

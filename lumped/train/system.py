@@ -20,6 +20,7 @@ from lumped.kernels.arrays import (
     ExcitationSamples,
     FrictionSamples,
     ModalSystem,
+    SpaceSamples,
 )
 from lumped.train.at_rest import (
     RestReference,
@@ -58,6 +59,7 @@ from lumped.train.rolling_supports import (
     rolling_supports,
 )
 from lumped.train.rotating_frame import RotatingFrame, rotating_frame
+from lumped.train.space import MotionInSpace, angular_speed
 from lumped.train.train import Train
 from lumped.train.train_excitation import TrainExcitation, largest_gap
 
@@ -100,6 +102,8 @@ class LumpedSystem(ShortRepr):
     references : tuple of RestReference or None, optional
         What each mesh is compared with at rest; None where nothing is known, and empty
         where that is so of all.
+    space : MotionInSpace, optional
+        Coordinates of gears that move in space, in place of those of the train.
 
     Raises
     ------
@@ -116,6 +120,7 @@ class LumpedSystem(ShortRepr):
     friction: tuple[ToothFriction, ...] = ()
     losses: float = 0.0
     references: tuple[RestReference | None, ...] = ()
+    space: MotionInSpace | None = None
 
     def __post_init__(self) -> None:
         require_between("losses", self.losses, 0, 1, below=True)
@@ -128,6 +133,7 @@ class LumpedSystem(ShortRepr):
         self._require_friction()
         require_springs(self.train)
         self._require_bearings()
+        self._require_space()
         coordinates = self.modes.coordinates
         free = self.modes.shapes[:, self.modes.frequency_Hz == 0.0]
         net = np.abs(free.T @ coordinates.load)
@@ -163,6 +169,21 @@ class LumpedSystem(ShortRepr):
                 "takes linear ones"
             )
 
+    def _require_space(self) -> None:
+        """Require springs with places of gears that move in space, and nothing else."""
+        if self.space is None:
+            return
+        if self.friction or self.contacts is not None or self.rolling is not None:
+            raise TrainError(
+                "motion in space: of models 1 to 3 without friction, not of the "
+                "coupled model or on rolling bearings"
+            )
+        for excitation in self.excitations:
+            if any(pair.place is None for pair in excitation.pairs):
+                raise TrainError(
+                    "motion in space: needs springs with a place along the axis"
+                )
+
     def require_linear_bearings(self, purpose: str) -> None:
         """Raise TrainError if the train has rolling bearings.
 
@@ -182,6 +203,22 @@ class LumpedSystem(ShortRepr):
                 "linear bearings are needed"
             )
 
+    def require_no_space(self, purpose: str) -> None:
+        """Raise TrainError if gears move in space.
+
+        Parameters
+        ----------
+        purpose : str
+            What needs gears that do not.
+
+        Raises
+        ------
+        TrainError
+            If gears move in space.
+        """
+        if self.space is not None:
+            raise TrainError(f"{purpose}: motion in space is not known, use the plane")
+
     @property
     def has_friction(self) -> bool:
         """Whether teeth have friction."""
@@ -190,14 +227,19 @@ class LumpedSystem(ShortRepr):
     @cached_property
     def modes(self) -> Modes:
         """Modes about the mean stiffnesses of the meshes."""
-        return natural_modes(self.train, [e.mean_stiffness for e in self.excitations])
+        stiffness = [e.mean_stiffness for e in self.excitations]
+        coordinates = self.space.coordinates if self.space else None
+        return natural_modes(self.train, stiffness, coordinates)
 
     @cached_property
     def moving(self) -> NDArray[np.intp]:
         """Indices of the modes that take part in the motion.
 
         They strain a mesh, or teeth slide in them and the sliding reverses friction.
+        In space, where gyroscopic moments couple them, all that strain anything do.
         """
+        if self.space is not None:
+            return np.flatnonzero(self.modes.frequency_Hz > 0.0)
         taking_part = self._moves_mesh
         if any(
             tooth_friction.sliding == "instantaneous"
@@ -342,6 +384,9 @@ class LumpedSystem(ShortRepr):
     @cached_property
     def resonances_Hz(self) -> Array:
         """Natural frequencies of modes that strain a mesh, under load if coupled."""
+        if self.space is not None:
+            strained = self.modes.mesh_energy.sum(axis=0) > MIN_FELT_ENERGY
+            return np.asarray(self.modes.frequency_Hz[strained])
         if self.loaded is None:
             return np.asarray(self.modes.frequency_Hz[self._moves_mesh])
         strained = self.loaded.mesh_energy.sum(axis=0) > MIN_FELT_ENERGY
@@ -396,6 +441,28 @@ class LumpedSystem(ShortRepr):
         if self.contacts is None:
             return hubs
         return np.concatenate([hubs, self.contacts.body_modes.angular])
+
+    def rotation_row(self, gear: int) -> Array | None:
+        """Rotation of a gear per coordinate of the train.
+
+        Parameters
+        ----------
+        gear : int
+            Index of the gear, from 0.
+
+        Returns
+        -------
+        (N,) array or None
+            Row of the rotation; None of a gear that is held.
+        """
+        if self.space is not None:
+            return np.asarray(self.space.rotations[gear] @ self.space.basis)
+        indices = self.modes.coordinates.indices
+        if (gear, "rotation") not in indices:
+            return None
+        row = np.zeros(self.modes.coordinates.mass.size)
+        row[indices[gear, "rotation"]] = 1.0
+        return row
 
     @cached_property
     def deflection_rows(self) -> Array:
@@ -475,7 +542,7 @@ class LumpedSystem(ShortRepr):
 
     def samples(
         self, steps: int
-    ) -> ExcitationSamples | FrictionSamples | BearingSamples:
+    ) -> ExcitationSamples | FrictionSamples | BearingSamples | SpaceSamples:
         """Steps of one common period and the excitation on them.
 
         Step sizes are in periods of the first mesh.
@@ -487,7 +554,7 @@ class LumpedSystem(ShortRepr):
 
         Returns
         -------
-        ExcitationSamples, FrictionSamples or BearingSamples
+        ExcitationSamples, FrictionSamples, BearingSamples or SpaceSamples
             Stiffnesses and gaps of the tooth pairs at the steps.
 
         Raises
@@ -584,22 +651,65 @@ class LumpedSystem(ShortRepr):
     @lru_cache(maxsize=16)  # noqa: B019  the system is immutable and short-lived
     def _kept_samples(
         self, steps: int
-    ) -> ExcitationSamples | FrictionSamples | BearingSamples:
+    ) -> ExcitationSamples | FrictionSamples | BearingSamples | SpaceSamples:
         return self._samples(steps)
 
     def _samples(
         self, steps: int
-    ) -> ExcitationSamples | FrictionSamples | BearingSamples:
+    ) -> ExcitationSamples | FrictionSamples | BearingSamples | SpaceSamples:
         self._require_memory(steps)
         times = self.excitation.grid(steps)
         samples = self.excitation.samples(times)
         if self.rolling is not None:
             return self.rolling.samples(samples)
+        if self.space is not None:
+            return self._in_space(samples, self.excitation.places_in_space(times))
         if not self.has_friction:
             return samples
         modal_rows = (row[:, self.moving] for row in self._friction_rows)
         rows = FrictionRows(*map(np.ascontiguousarray, modal_rows))
         return with_friction(samples, times, self.excitation, self.friction, rows)
+
+    def _in_space(self, samples: ExcitationSamples, places: Array) -> SpaceSamples:
+        """Samples of springs at places (s, 3, p), at no speed."""
+        space = require_present(self.space, "motion in space")
+        shapes = self.modes.shapes[:, self.moving]
+        return SpaceSamples(
+            *samples,
+            place=places,
+            tilts=np.ascontiguousarray(space.tilt_rows @ shapes),
+            tilt_stiffness=space.tilt_stiffness,
+            velocity_forces=self.velocity_forces(0.0),
+            cross_stiffness=np.ascontiguousarray(
+                shapes.T @ space.cross_stiffness @ shapes
+                if space.cross_stiffness.any()
+                else np.empty((0, 0))
+            ),
+        )
+
+    def velocity_forces(self, frequency: float) -> Array:
+        """Forces of motion in space over velocities, besides damping of the modes.
+
+        Parameters
+        ----------
+        frequency : float
+            Frequency of the first mesh [Hz].
+
+        Returns
+        -------
+        (n, n) array
+            Those of bearings and gyroscopic moments, in modal coordinates [1/s].
+
+        Raises
+        ------
+        ValueError
+            If gears do not move in space.
+        """
+        space = require_present(self.space, "motion in space")
+        teeth = self.train.gears[self.train.meshes[0].driver].teeth
+        matrix = space.damping + angular_speed(frequency, teeth) * space.gyroscopic
+        shapes = self.modes.shapes[:, self.moving]
+        return np.ascontiguousarray(shapes.T @ matrix @ shapes)
 
     def fits_memory(self, steps: int) -> bool:
         """Whether a common period fits in memory.

@@ -156,6 +156,22 @@ class TrainExcitation:
             np.tile(np.diff(times), self.repetitions), stiffness, gap
         )
 
+    def places_in_space(self, times: Array) -> Array:
+        """Places (s, 3, p) of springs along the axis at the steps, as `sample_steps`.
+
+        Parameters
+        ----------
+        times : array
+            Times of a grid, whose steps cross no corner.
+
+        Returns
+        -------
+        array
+            Places [m].
+        """
+        pairs = [pair for mesh in self.meshes for pair in mesh.pairs]
+        return self.sample_steps([pair.place for pair in pairs if pair.place], times)
+
     def sample_steps(self, waves: Sequence[Wave], times: Array) -> Array:
         """Values (s, 3, p) of a wave per pair at start, middle and end of all steps.
 

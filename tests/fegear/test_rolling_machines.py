@@ -10,7 +10,6 @@ from scipy.optimize import root
 from shafts_at_rest import free_stiffness
 
 from fegear import StaticsSettings
-from fegear.commands.campbell.rotors import require_bodies
 from fegear.commands.shafts.loads import loaded_shafts, meshes_on_shafts
 from fegear.files.errors import InputError
 from fegear.files.toml import toml_text
@@ -19,6 +18,7 @@ from fegear.gearset.yielding import on_shafts
 from fegear.statics.axes import SLOPES
 from fegear.statics.machine import machine_at_rest
 from fegear.statics.solving import mesh_statics
+from fegear.train.rotors import require_bodies
 
 SETTINGS = StaticsSettings(
     resolution="coarse", positions=8, estimate_error=False, root_stress=False

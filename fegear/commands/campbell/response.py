@@ -32,7 +32,6 @@ EQUAL_ORDERS = 1e-9  # of frequencies over the speed, whose vibrations add up
 HARMONICS = 8  # of every mesh; teeth excite little above
 LEGEND_COLUMNS = 2
 LOWEST_FORCE = 1e-4  # of the largest force between teeth
-POSITIONS = 64  # of a mesh cycle, at which its loads are solved
 
 
 @dataclass(frozen=True, eq=False)

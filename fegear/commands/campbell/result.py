@@ -9,11 +9,11 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from fegear.commands.campbell.response import MachineResponse, draw_response
-from fegear.commands.campbell.rotors import Motion
 from fegear.files.codes import with_code
 from fegear.studies.page import Columns, Page, RowTable, cell, number
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
+from fegear.train.rotors import Motion
 from lumped.figures.campbell import CampbellCurves, OrderLine, draw_campbell
 from lumped.rotors.whirl import Instability, mode_kind
 

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from fegear.commands.campbell.response import (
-    POSITIONS,
     MachineResponse,
     machine_response,
 )
@@ -24,14 +23,11 @@ from fegear.commands.campbell.result import (
     SpinningShaft,
     UnstableSpeeds,
 )
-from fegear.commands.campbell.rotors import Motion, has_axial_motion, rotor_system
-from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.plausibility import gear_set_warnings
-from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
@@ -44,6 +40,7 @@ from fegear.studies.trains.mean_stiffness import (
     mean_stiffnesses,
     stiffness_load,
 )
+from fegear.train.rotors import Motion, has_axial_motion, rotor_system
 from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.figures.campbell import CampbellCurves, OrderLine
@@ -199,26 +196,14 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         self, gears: GearSet, load: float, job: Job
     ) -> tuple[list[LoadVariation], list[tuple[float, str]]]:
         """Loads of all meshes over their cycles; mean stiffnesses and their origin."""
-        from fegear.statics.load_variation import load_variation
-        from fegear.statics.machine import machine_at_rest
+        from fegear.train.space import standing_meshes
 
-        torques = mesh_torques_at(gears, load)
-        for number, torque in enumerate(torques, start=1):
-            if not torque:
-                raise InputError(
-                    f"{gears.name}: mesh {number} has no torque; every mesh needs one "
-                    "for the stiffness of teeth in contact"
-                )
-        statics = replace(self.excitation.statics, shafts=None)
-        on_shafts = statics.on_shafts(gears)
-        machine = machine_at_rest(on_shafts, load, statics, job.report)
         variations, meshes = [], []
-        for mesh, torque in enumerate(torques):
-            job.report("loads of teeth", mesh, len(torques))
-            one = load_variation(machine, mesh, POSITIONS)
-            text = f"finite elements at {torque:g} N m on the driver, on shafts that"
-            variations.append(one)
-            meshes.append((float(one.stiffness[0, 0]), f"{text} yield"))
+        for one in standing_meshes(gears, load, self.excitation, job.report):
+            variation = one.variation
+            text = f"finite elements at {one.torque:g} N m on the driver, on shafts"
+            variations.append(variation)
+            meshes.append((float(variation.stiffness[0, 0]), f"{text} that yield"))
         return variations, meshes
 
     def _response(

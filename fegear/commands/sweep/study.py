@@ -26,6 +26,7 @@ from fegear.studies.trains.models import (
     ALL_MODELS,
     BEARINGS,
     MOVING,
+    SPACE,
     lumped_integration,
     lumped_model,
     tables_setting,
@@ -87,7 +88,7 @@ class Sweep(
 
     torque: tuple[float, ...] = torques_setting()
     has_rolling = True
-    model: LumpedModel = lumped_model(ALL_MODELS | MOVING | BEARINGS)
+    model: LumpedModel = lumped_model(ALL_MODELS | MOVING | BEARINGS | SPACE)
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 

@@ -233,6 +233,7 @@ def file_header(
         **model.excitation.header_of(gear_set),
         "damping ratio": format_exact(damping_ratio),
         "translations": "yes" if model.translations else "no",
+        "motion": model.motion,
         **_bearings(gear_set, model),
         **_friction(model),
         "integration": integration,

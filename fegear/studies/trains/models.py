@@ -83,6 +83,7 @@ MOVING = SLIDING | expose(
     transition=Setting(option="--transition-speed"),
 )
 
+SPACE = expose("motion", motion=Setting(option="--motion"))
 BEARINGS = expose("bearings", bearings=Setting(option="--bearings"))
 
 

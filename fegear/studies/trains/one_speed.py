@@ -23,6 +23,7 @@ from fegear.studies.trains.models import (
     ALL_MODELS,
     BEARINGS,
     MOVING,
+    SPACE,
     lumped_integration,
     lumped_model,
     tables_setting,
@@ -69,7 +70,7 @@ class OneSpeedStudy(TrainStudy, Study):
     from_rpm: float | None = rpm_setting("--from-speed")
     torque: float | None = torque_setting()
     has_rolling = True
-    model: LumpedModel = lumped_model(ALL_MODELS | MOVING | BEARINGS)
+    model: LumpedModel = lumped_model(ALL_MODELS | MOVING | BEARINGS | SPACE)
     table: tuple[str, ...] = tables_setting()
     integration: Settings = lumped_integration()
 

@@ -16,7 +16,7 @@ from fegear.gearset.pitch_errors import tooth_in_cycles
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.settings import display_name, setting
 from fegear.studies.trains.axes import written_limits
-from fegear.studies.trains.models import ALL_MODELS, lumped_model
+from fegear.studies.trains.models import ALL_MODELS, SPACE, lumped_model
 from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
 from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequencies
 from fegear.studies.trains.train_problem import MOTION_PERIODS
@@ -115,7 +115,7 @@ class SignalsStudy(SampledTurns, OneSpeedStudy):
         "are fewer.",
         Range(1, 10_000),
     )
-    model: LumpedModel = lumped_model(ALL_MODELS)
+    model: LumpedModel = lumped_model(ALL_MODELS | SPACE)
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -15,6 +15,7 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.pitch_errors import pair_periods
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.given_tables import given_table_warnings, read_mesh_tables
 from fegear.studies.problem import Problem
@@ -207,6 +208,7 @@ class TrainProblem(Problem):
             "sliding": model.sliding if model.friction else None,
             "torque_of": model.torque_of if model.friction else None,
             "translations": model.translations,
+            "motion": model.motion,
         }
 
     def warnings_at_rest(
@@ -217,7 +219,10 @@ class TrainProblem(Problem):
         systems : by torque on the input gear [N m]
         speeds : mesh frequencies [Hz], empty where they are not known
         """
-        yield from motion_warnings(self.gears)
+        if self.model.motion == "space":
+            yield from gear_set_warnings(self.gears)
+        else:
+            yield from motion_warnings(self.gears)
         for system in [*systems.values()][:1]:
             yield from frame_warnings(system.train)
             yield from left_out_warnings(system, speeds)

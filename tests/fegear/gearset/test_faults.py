@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fegear.commands.campbell.rotors import rotor_system
 from fegear.commands.show.fault_values import fault_figures, fault_lines
 from fegear.commands.show.faulty_teeth import faulty_teeth
 from fegear.commands.show.gear_set_figure import (
@@ -27,6 +26,7 @@ from fegear.gearset.faults.tooth_faults import FAULT_KINDS, NO_FAULTS, Faults
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.placing import at_place, layout
 from fegear.gearset.zones import zones
+from fegear.train.rotors import rotor_system
 from meshes import GearPair, GeometryError
 
 TABLES = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 from small_sets import BENT
 
-from fegear.commands.campbell.rotors import rotor_system
 from fegear.gearset.edit import edited
 from fegear.gearset.read import make_gear_set
 from fegear.gearset.shaft_rotors import shaft_rotor
+from fegear.train.rotors import rotor_system
 from lumped.rotors.description import Bearing, Section
 
 

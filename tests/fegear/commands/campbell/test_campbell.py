@@ -10,10 +10,10 @@ import pytest
 from drawn_figures import axis_labels, saved_figures
 
 import fegear
-from fegear.commands.campbell.rotors import rotor_system, transverse_inertia
 from fegear.gearset import load_gear_set
 from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.train.rotors import rotor_system, transverse_inertia
 from lumped.rotors.matrices import assemble
 from lumped.rotors.whirl import WhirlProblem
 

@@ -9,13 +9,13 @@ import pytest
 from small_sets import BENT
 
 import fegear
-from fegear.commands.campbell.rotors import rotor_system
 from fegear.contact.width.supports import unit_wrenches
 from fegear.files.errors import InputError
 from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.edit import edited
 from fegear.gearset.read import make_gear_set
 from fegear.studies.trains.gear_sets import GearSetRef
+from fegear.train.rotors import rotor_system
 from lumped.rotors.matrices import assemble
 from lumped.rotors.mesh_springs import mesh_rows
 from lumped.rotors.whirl import WhirlProblem

@@ -10,11 +10,11 @@ from yielding_machines import SETTINGS, TORQUE, one_stage, two_stages
 
 import fegear
 from fegear.commands.campbell.response import machine_response
-from fegear.commands.campbell.rotors import rotor_system
 from fegear.contact.solve import solve_cycle
 from fegear.statics.axes import SLOPES
-from fegear.statics.load_variation import load_variation
+from fegear.statics.load_variation import standing_mesh
 from fegear.statics.machine import loads_on_axes, machine_at_rest
+from fegear.train.rotors import rotor_system
 from lumped.rotors.matrices import assemble
 from lumped.rotors.statics import ShaftLoad
 from lumped.rotors.whirl import WhirlProblem
@@ -26,7 +26,9 @@ def solved(gear_set):
     """Machine at rest, variations of its meshes, and its shafts with them."""
     machine = machine_at_rest(SETTINGS.on_shafts(gear_set), TORQUE, SETTINGS)
     count = len(gear_set.meshes)
-    variations = [load_variation(machine, mesh, POSITIONS) for mesh in range(count)]
+    variations = [
+        standing_mesh(machine, mesh, POSITIONS).variation for mesh in range(count)
+    ]
     matrices = [one.stiffness for one in variations]
     stiffness = [matrix[0, 0] for matrix in matrices]
     system = rotor_system(gear_set, stiffness, 12, "space", matrices)

@@ -194,9 +194,10 @@ def _in_space(
     gear_set: GearSet, mesh: int, matrices: Sequence[Array]
 ) -> dict[str, Any]:
     """Values of `MeshSpring` of a mesh whose gears move in space."""
+    helix = _helix(gear_set, mesh)
     if not len(matrices):
-        return _helix(gear_set, mesh)
-    return {"matrix": tuple(map(tuple, matrices[mesh].tolist()))}
+        return helix
+    return helix | {"matrix": tuple(map(tuple, matrices[mesh].tolist()))}
 
 
 def _helix(gear_set: GearSet, mesh: int) -> dict[str, Any]:

@@ -1,0 +1,137 @@
+"""Gear sets whose gears move in space: statics, refusals and what studies say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from yielding_machines import SETTINGS, TORQUE, one_stage, two_stages
+
+import fegear
+from fegear.contact.solve import solve_cycle
+from fegear.files.errors import InputError
+from fegear.statics.axes import SLOPES
+from fegear.statics.load_variation import standing_mesh
+from fegear.statics.machine import loads_on_axes, machine_at_rest
+from fegear.train.model_settings import LumpedModel, resolve_model
+from fegear.train.space import POSITIONS, system_in_space
+from lumped.rotors.statics import ShaftLoad
+from lumped.steady.integration_settings import Settings
+from lumped.steady.motion import time_history
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of
+
+SLOW = 5.0  # Hz
+
+
+def solved(gear_set):
+    machine = machine_at_rest(SETTINGS.on_shafts(gear_set), TORQUE, SETTINGS)
+    meshes = [standing_mesh(machine, m, POSITIONS) for m in range(len(machine.cycles))]
+    return machine, system_in_space(gear_set, TORQUE, meshes)
+
+
+def test_slow_motion_tends_to_the_statics_of_the_machine():
+    """Transmission error of the rotations, and forces of bearings over a cycle."""
+    machine, system = solved(one_stage())
+    cycle = solve_cycle(machine.problems[0], TORQUE, np.arange(POSITIONS) / POSITIONS)
+    motion = time_history(system, SLOW)
+    _, history = stepper_of(system, Settings()).record(
+        motion.response.state, Speed(SLOW, Settings()), 1, with_states=True
+    )
+    at = np.searchsorted(history.time, np.arange(POSITIONS) / (POSITIONS * SLOW))
+    shapes = system.modes.shapes[:, system.moving]
+    displacement = history.states[at, 0] @ shapes.T
+    arms = [gear.base_radius for gear in system.train.gears]
+    rotations = [system.rotation_row(gear) for gear in range(2)]
+    error = displacement @ np.array(rotations).T @ arms
+    expected = cycle.ste[0]
+    difference = (error - error.mean()) - (expected - expected.mean())
+    assert np.abs(difference).max() < 0.01 * np.ptp(expected)
+    stiffness, damping = system.space.bearing_forces
+    forces = np.einsum("bin,tn->tbi", stiffness, displacement)
+    forces += np.einsum("bin,tn->tbi", damping, history.states[at, 1] @ shapes.T)
+    of_statics = np.concatenate(list(reactions(machine, cycle)), axis=1)
+    scale = np.abs(of_statics).max()
+    assert forces.mean(axis=0) == pytest.approx(
+        of_statics.mean(axis=0), abs=1e-3 * scale
+    )
+    wandering = of_statics.std(axis=0)
+    assert wandering.max() > 5.0
+    assert forces.std(axis=0) == pytest.approx(
+        wandering, rel=0.02, abs=1e-3 * wandering.max()
+    )
+
+
+def reactions(machine, cycle):
+    """Forces (n, bearings, 3) of the bearings of every shaft at rest."""
+    loads = loads_on_axes(machine.problems[0], cycle)
+    for gear, (statics, _) in enumerate(machine.axes.shafts.values()):
+        of_shaft = []
+        for load in loads[:, gear] @ machine.axes.frames[0]:
+            moments = SLOPES.T @ load
+            force = ShaftLoad(
+                position=statics.places[0],
+                force=tuple(load[:3]),
+                moment=(*moments[3:].tolist(), 0.0),
+            )
+            of_shaft.append(statics.solve([force]).reactions[:, :3])
+        yield np.array(of_shaft)
+
+
+def test_meshes_of_two_stages_carry_their_torques():
+    _, system = solved(two_stages())
+    forces = system.static_deflection * system.arrays.mean_stiffness
+    for mesh, force in zip(system.train.meshes, forces, strict=True):
+        driver, driven = (system.train.gears[i] for i in (mesh.driver, mesh.driven))
+        for gear in (driver, driven):
+            if gear.torque:
+                torque = force * abs(gear.base_radius)
+                assert torque == pytest.approx(abs(gear.torque), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"number": "coupled"}, "motion = space; needs model 1, not coupled"),
+        ({"translations": True}, "motion = space has all of them"),
+        ({"friction": 0.1}, "friction = 0.1; must be 0 with motion = space"),
+    ],
+)
+def test_what_motion_in_space_has_not_is_refused(settings, message):
+    with pytest.raises(ValueError, match=message):
+        LumpedModel(motion="space", **settings)
+
+
+def test_the_model_of_motion_in_space_is_chosen():
+    model, reason = resolve_model(LumpedModel(motion="space"), one_stage())
+    assert model.number == 1
+    assert "over the face width" in reason
+
+
+def test_loads_that_are_even_over_the_width_are_refused():
+    study = fegear.Sweep(
+        gear_set="liu-pair", speeds=(500.0,), model=LumpedModel(motion="space")
+    )
+    with pytest.raises(InputError, match="plane = width"):
+        fegear.run(study)
+
+
+def test_a_shaft_without_thrust_bearings_is_named():
+    bare = one_stage()
+    shafts = tuple(
+        replace(
+            shaft,
+            body=replace(
+                shaft.body,
+                bearings=tuple(
+                    replace(b, axial_stiffness=0.0) for b in shaft.body.bearings
+                ),
+            ),
+        )
+        for shaft in bare.shafts
+    )
+    from fegear.train.lumped_models import lumped_system
+
+    with pytest.raises(InputError, match="bearing must take the thrust"):
+        lumped_system(replace(bare, shafts=shafts), TORQUE, LumpedModel(motion="space"))
