@@ -54,6 +54,11 @@ def one_stage() -> Any:
 
 def two_stages(**shaft) -> Any:
     """Two meshes of the same teeth on three shafts."""
+    return make_gear_set(tables_of_two_stages(**shaft))
+
+
+def tables_of_two_stages(**shaft) -> dict[str, Any]:
+    """Tables of `two_stages`, with keys of all shafts."""
     shafts = [("a",), ("b", "c"), ("d",)]
     mesh = {"backlash_um": 50.0}
     gears = [("a", 0), ("b", 1), ("c", 0), ("d", 1)]
@@ -76,4 +81,4 @@ def two_stages(**shaft) -> Any:
         "load": {"gear": "a", "torques_Nm": [TORQUE]},
     }
     tables["gear"][0]["hand"], tables["gear"][2]["hand"] = "right", "left"
-    return make_gear_set(tables)
+    return tables
