@@ -191,10 +191,8 @@ class FaceCompliance:
         )
         for gear, support, offset in of_gears:
             if support.torsion is not None:
-                lever, places = (
-                    self.helix_cosine * gear.base_radius,
-                    parts.place + offset,
-                )
+                lever = self.helix_cosine * gear.base_radius
+                places = parts.place + offset
                 total += lever**2 * support.torsion.between(places, places)
         return total
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -84,8 +85,7 @@ def test_twist_is_that_of_the_beam_equation(seed, end):
         breaks = sorted([held, *steps, *loaded, place])
         within = [z for z in breaks if min(held, place) <= z <= max(held, place)]
         expected = sum(
-            quad(rate, a, b, epsabs=0.0, epsrel=1e-13)[0]
-            for a, b in zip(within, within[1:], strict=False)
+            quad(rate, a, b, epsabs=0.0, epsrel=1e-13)[0] for a, b in pairwise(within)
         )
         assert ours == pytest.approx(expected, rel=1e-10)
     matrix = torsion.between(places, places)
@@ -155,7 +155,7 @@ class FoundationCompliance(FaceCompliance):
 
 
 def on_foundation(contact, torque=TORQUE):
-    """Places, forces per length and transmission error of one pair of straight teeth."""
+    """Places, forces per length, transmission error and energy of one pair."""
     face, pair, position = contact.solver, contact.pair, 0.0
     teeth, solver = np.zeros(1, np.int64), FaceSolver(contact, face)
     gaps = pair_gaps(contact, teeth, False)

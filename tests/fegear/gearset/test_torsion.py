@@ -80,6 +80,7 @@ def test_bodies_are_solid_from_the_bore_to_the_root_circle(end):
         "lengths_mm": [42.0, 108.0],
         "diameters_mm": [25.0, 20.0],
         "bores_mm": [0.0, 8.0],
+        "positions_mm": [45.0],
         "driven_from": end,
     }
     gear_set = make_gear_set(tables)
