@@ -31,7 +31,7 @@ def shaft_of(names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def one_stage() -> Any:
+def one_stage(**shaft) -> Any:
     """One mesh of these teeth, gears off the middle of their shafts."""
     return make_gear_set(
         {
@@ -46,7 +46,7 @@ def one_stage() -> Any:
                 for name, teeth, hub in zip("ab", TEETH, HUBS, strict=True)
             ],
             "mesh": [{"driver": "a", "driven": "b", "backlash_um": 50.0}],
-            "shaft": [shaft_of((name,)) for name in "ab"],
+            "shaft": [shaft_of((name,)) | shaft for name in "ab"],
             "load": {"gear": "a", "torques_Nm": [TORQUE]},
         }
     )
