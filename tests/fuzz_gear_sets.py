@@ -172,6 +172,8 @@ def shaft_body(r: random.Random) -> dict[str, Any]:
     for key in ("bearing_kz_N_per_m", "bearing_tilt_stiffness_Nm_per_rad"):
         if r.random() < 0.2:
             body[key] = [r.choice([0.0, 10.0 ** r.uniform(2, 9)])] * bearings
+    if r.random() < 0.2:
+        body["driven_from"] = r.choice(["start", "end"])
     if r.random() < 0.3:
         body["bearing_cx_Ns_per_m"] = [10.0 ** r.uniform(0, 6)] * bearings
     if r.random() < 0.3:

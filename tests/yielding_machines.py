@@ -31,7 +31,7 @@ def shaft_of(names: tuple[str, ...]) -> dict[str, Any]:
     }
 
 
-def one_stage() -> Any:
+def one_stage(**shaft) -> Any:
     """One mesh of these teeth, gears off the middle of their shafts."""
     return make_gear_set(
         {
@@ -46,7 +46,7 @@ def one_stage() -> Any:
                 for name, teeth, hub in zip("ab", TEETH, HUBS, strict=True)
             ],
             "mesh": [{"driver": "a", "driven": "b", "backlash_um": 50.0}],
-            "shaft": [shaft_of((name,)) for name in "ab"],
+            "shaft": [shaft_of((name,)) | shaft for name in "ab"],
             "load": {"gear": "a", "torques_Nm": [TORQUE]},
         }
     )
@@ -54,6 +54,11 @@ def one_stage() -> Any:
 
 def two_stages(**shaft) -> Any:
     """Two meshes of the same teeth on three shafts."""
+    return make_gear_set(tables_of_two_stages(**shaft))
+
+
+def tables_of_two_stages(**shaft) -> dict[str, Any]:
+    """Tables of `two_stages`, with keys of all shafts."""
     shafts = [("a",), ("b", "c"), ("d",)]
     mesh = {"backlash_um": 50.0}
     gears = [("a", 0), ("b", 1), ("c", 0), ("d", 1)]
@@ -76,4 +81,4 @@ def two_stages(**shaft) -> Any:
         "load": {"gear": "a", "torques_Nm": [TORQUE]},
     }
     tables["gear"][0]["hand"], tables["gear"][2]["hand"] = "right", "left"
-    return make_gear_set(tables)
+    return tables

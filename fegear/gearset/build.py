@@ -30,6 +30,7 @@ from fegear.gearset.teeth import Blank, Tip, blank_of
 from fegear.gearset.tips import CONTACT_RATIO_TOLERANCE, Spacing, find_tips, spacing
 from fegear.gearset.topographies import topographies_by_key
 from fegear.gearset.torques import mesh_torques, torque_inferences
+from fegear.gearset.torsion import require_outside_torque
 from fegear.gearset.zones import relief
 from lumped.common.units import MM, UM
 from meshes import GearPair, GeometryError, SpurGear
@@ -98,6 +99,7 @@ def _build_gear_set(document: Document, folder: Path) -> GearSet:
         carrier=carrier_of(document, gears, distances),
     )
     require_faces(gear_set)
+    require_outside_torque(gear_set)
     require_room(gear_set)
     require_running(gear_set)
     return gear_set

@@ -46,6 +46,7 @@ from fegear.gearset.rack_keys import (
     PRESSURE_ANGLE_KEYS,
     restated,
 )
+from fegear.gearset.shaft_bodies import ShaftEnd
 from fegear.gearset.torque_limits import MAX_TORQUE, MIN_TORQUE
 from lumped.common.checks import format_number
 from meshes.gear import floored
@@ -882,6 +883,12 @@ class ShaftEntry(Keys):
     bearing_cy_Ns_per_m: Entries[Damping] | None = Field(
         default=None, description="Damping of every bearing along y. [default: 0]"
     )
+    driven_from: ShaftEnd | None = Field(
+        default=None,
+        description="End at which torque from outside enters or leaves the shaft; "
+        "start is the first end. Its gear then twists over the face width at rest. "
+        "[default: it is not known, and the gear does not twist]",
+    )
     rolling_bearings: Entries[MountedBearingEntry] = Field(
         default=(),
         description="Rolling bearings instead of stiffnesses, as many as "
@@ -919,6 +926,10 @@ class ShaftEntry(Keys):
                 )
             for key in self.present("bores_mm", BEARING_ON_SHAFT, DISK_KEYS[0]):
                 raise ValueError(f"{key} is given; lengths_mm is needed with it")
+        if self.driven_from is not None and self.bearing_positions_mm is None:
+            raise ValueError(
+                f"driven_from is given; {BEARING_ON_SHAFT} is needed with it"
+            )
         if len(self.gears) < 2 and self.stiffness_Nm_per_rad is not None:
             raise ValueError(
                 "stiffness_Nm_per_rad is given; it is that between gears, and the "

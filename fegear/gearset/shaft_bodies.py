@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from lumped.bearings.mounted import MountedBearing
 from lumped.common.checks import require_fields
+
+ShaftEnd = Literal["start", "end"]  # the near one and the far one
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,6 +52,7 @@ class ShaftBody:
 
     lengths, diameters, bores : of its sections [m]
     gear_positions : of the middles of its gears from the first end [m]
+    driven_from : end at which a torque from outside enters or leaves, None if unknown
     """
 
     lengths: tuple[float, ...]
@@ -60,6 +64,7 @@ class ShaftBody:
     density: float
     bearings: tuple[ShaftBearing, ...] = ()
     disks: tuple[ShaftDisk, ...] = ()
+    driven_from: ShaftEnd | None = None
 
     def __post_init__(self) -> None:
         require_fields(self)

@@ -52,6 +52,7 @@ def shaft_body(entry: ShaftEntry, where: str) -> ShaftBody | None:
         density=material.density_kg_per_m3,
         bearings=_bearings(entry, where),
         disks=_disks(entry),
+        driven_from=entry.driven_from,
     )
 
 

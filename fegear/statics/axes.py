@@ -16,11 +16,13 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from fegear.contact.width.supports import MOTIONS, AxisSupports, GearSupport
+from fegear.contact.width.torsion import BodyTorsion
 from fegear.files.errors import InputError
 from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.shaft_rotors import rolling_supports, shaft_rotor
+from fegear.gearset.torsion import torsional_flexibility
 from fegear.gearset.yielding import yielding_shafts
 from lumped.common.array_types import Array
 from lumped.rotors.description import Rotor, RotorError
@@ -142,6 +144,7 @@ class YieldingAxes:
             GearSupport(
                 compliance=frame @ self.compliance[gear, :, gear] @ frame.T,
                 motion=frame @ moved[gear],
+                torsion=body_torsion(gear_set, gear),
             )
             for gear in gear_set.meshes[mesh].gears
         )
@@ -187,6 +190,12 @@ def yielding_axes(gear_set: GearSet) -> YieldingAxes:
             raise InputError(f"{gear_set.name}: {error}") from None
         axes = axes.with_shaft(index, statics, shaft.gears)
     return axes
+
+
+def body_torsion(gear_set: GearSet, gear: int) -> BodyTorsion | None:
+    """Torsion of a gear over its face width, None where it is left out."""
+    flexibility = torsional_flexibility(gear_set, gear)
+    return None if flexibility is None else BodyTorsion(*flexibility)
 
 
 def require_thrust_on_bearings(gear_set: GearSet, torques: Sequence[float]) -> None:

@@ -10,6 +10,7 @@ motions, to first order,
 
 with the loads W_0 and the stiffness K of the contact at its torque, and with axes that
 are held where they are on average, so that r_0 has the transmission error alone.
+Bodies that twist over the width are elastic as teeth are.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
 from fegear.contact.width.supports import MOTIONS, AxisSupports, GearSupport
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.statics.axes import body_torsion
 from fegear.statics.machine import MachineAtRest, loads_on_axes
 from lumped.common.array_types import Array, Complex
 
@@ -84,7 +86,10 @@ def standing_mesh(machine: MachineAtRest, mesh: int, positions: int) -> Standing
     frame = machine.axes.frames[mesh]
     axes = [frame @ machine.motions[gear] for gear in gear_set.meshes[mesh].gears]
     driver, driven = (
-        GearSupport(np.zeros((MOTIONS, MOTIONS)), motion / torque) for motion in axes
+        GearSupport(
+            np.zeros((MOTIONS, MOTIONS)), motion / torque, body_torsion(gear_set, gear)
+        )
+        for gear, motion in zip(gear_set.meshes[mesh].gears, axes, strict=True)
     )
     standing = replace(problem.solver, supports=AxisSupports(driver, driven))
     held = replace(problem, solver=standing)

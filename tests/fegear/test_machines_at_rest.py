@@ -9,7 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from own_machine import OwnShaft, contact_points, solve_contact
-from yielding_machines import HUBS, SETTINGS, TEETH, TORQUE, two_stages
+from yielding_machines import (
+    HUBS,
+    SETTINGS,
+    TEETH,
+    TORQUE,
+    tables_of_two_stages,
+    two_stages,
+)
 
 from fegear.contact.pairs import pair_gaps
 from fegear.contact.problem import ContactFailure
@@ -86,13 +93,40 @@ def machine(rng, helix_angle_deg: float):
             }
         ],
         "shaft": [
-            shaft_keys(name, *shaft) for name, shaft in zip("ab", shafts, strict=True)
+            shaft_keys(name, *shaft) | {"driven_from": str(end)}
+            for name, shaft, end in zip(
+                "ab", shafts, rng.choice(["start", "end"], 2), strict=True
+            )
         ],
         "load": {"gear": "a", "torques_Nm": [TORQUE]},
     }
     if helix_angle_deg:
         tables["gear"][0]["hand"] = str(rng.choice(["left", "right"]))
     return make_gear_set(tables), shafts, math.radians(center_line)
+
+
+def own_torsion(shaft, gear, end, places):
+    """Approach along the normal at places by unit normal forces there (p, p).
+
+    The gear is a beam of many elements that is held at the end of its face width.
+    """
+    helix = math.atan(gear.geometry.base_radius * gear.geometry.twist)
+    lever = gear.geometry.base_radius * math.cos(helix)
+    outside = max(gear.geometry.root_radius, 0.5 * shaft.diameter)
+    solid = math.pi / 2.0 * outside**4
+    rigidity = 206e9 / 2.6 * (solid - math.pi / 32.0 * shaft.bore**4)
+    ends = 0.5 * gear.face_width * np.array([-1.0, 1.0])
+    nodes = np.union1d(places, np.union1d(ends, np.linspace(*ends, 33)))
+    elements = rigidity / np.diff(nodes)
+    n, held = nodes.size, 0 if end == "start" else nodes.size - 1
+    stiffness = np.zeros((n, n))
+    for i, k in enumerate(elements):
+        stiffness[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    free = np.delete(np.arange(n), held)
+    twist = np.zeros((n, n))
+    twist[np.ix_(free, free)] = np.linalg.inv(stiffness[np.ix_(free, free)])
+    at = np.searchsorted(nodes, places)
+    return lever**2 * twist[np.ix_(at, at)]
 
 
 def by_own_code(gear_set, shafts, center_line, problem, position):
@@ -121,7 +155,10 @@ def by_own_code(gear_set, shafts, center_line, problem, position):
         np.zeros(2),
         pair.center_distance * np.array([math.cos(center_line), math.sin(center_line)]),
     )
-    for (shaft, place), center, sign in zip(shafts, centers, (-1.0, 1.0), strict=True):
+    for (shaft, place), center, sign, gear, spec in zip(
+        shafts, centers, (-1.0, 1.0), gear_set.gears, gear_set.shafts, strict=True
+    ):
+        compliance += own_torsion(shaft, gear, spec.body.driven_from, parts.place)
         C = shaft.compliance(place)
         arms = np.column_stack([points - center, parts.place])
         loads = np.hstack(
@@ -170,6 +207,35 @@ def test_random_machines_beside_a_code_of_its_own(helix_angle_deg, seed):
         ours = face.load[0, n].sum(axis=0) * face.slice_length
         assert ours == pytest.approx(forces, abs=bound * forces.max())
         assert solved.cycle.ste[0, n] == pytest.approx(ste, rel=bound)
+
+
+def test_a_machine_in_a_mirror_has_mirrored_loads():
+    """Seen from the other end: ends of shafts, hands and places are exchanged.
+
+    One shaft passes torque from gear to gear, the others from outside.
+    """
+    tables, mirrored = tables_of_two_stages(), tables_of_two_stages()
+    (length,) = tables["shaft"][0]["lengths_mm"]
+    for shaft in mirrored["shaft"]:
+        shaft["gears"].reverse()
+        shaft["positions_mm"] = [length - z for z in reversed(shaft["positions_mm"])]
+    for number, end, other in ((0, "start", "end"), (2, "end", "start")):
+        tables["shaft"][number]["driven_from"] = end
+        mirrored["shaft"][number]["driven_from"] = other
+    mirrored["gear"][0]["hand"], mirrored["gear"][2]["hand"] = "left", "right"
+    ours, seen = (
+        machine_at_rest(SETTINGS.on_shafts(make_gear_set(one)), TORQUE, SETTINGS)
+        for one in (tables, mirrored)
+    )
+    torsions = [
+        one.torsion for mesh in ours.problems for one in mesh.solver.supports.gears
+    ]
+    assert None not in torsions
+    for mesh, other in zip(ours.cycles, seen.cycles, strict=True):
+        assert mesh.ste == pytest.approx(other.ste, rel=1e-10)
+        load = mesh.face.load
+        scale = load.max()
+        assert load == pytest.approx(other.face.load[..., ::-1], abs=1e-10 * scale)
 
 
 def test_meshes_on_a_common_shaft_agree_on_its_loads():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -9,10 +10,13 @@ from itertools import pairwise
 import numpy as np
 
 from fegear.contact.problem import ContactProblem
+from fegear.contact.result import ContactCycle
 from fegear.contact.solve import solve_cycle
 from fegear.contact.width.contact import WidthContact
 from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
+from fegear.gearset.shaft_bodies import ShaftEnd
+from fegear.gearset.torsion import torque_ends
 from fegear.statics.axes import SLOPES
 from fegear.statics.machine import MachineAtRest, mean_loads
 from fegear.statics.mesh_table import mesh_name
@@ -74,9 +78,10 @@ class MeshOnShafts:
     factor, held_factor : K_Hbeta
     center : mean place of the load [m]
     misalignment : gap along the line of action at the far end of the common width less
-        that at the near end, by tilted axes [m]
-    by_shafts, by_bearings : parts of it that driver and driven gear have from the
-        bending of their shafts and from their bearings [m]
+        that at the near end, by tilted axes and bodies that twist [m]
+    by_shafts, by_bearings, by_torsion : parts of it that driver and driven gear have
+        from the bending of their shafts, from their bearings and from the torsion of
+        their bodies [m]
     to_mend : misalignment under the loads of aligned axes that are held, without leads,
         which are those of all meshes once leads take their misalignments away [m]
     away : lead slope of either gear that does so, of its whole face width, in place of
@@ -96,14 +101,35 @@ class MeshOnShafts:
     misalignment: float
     by_shafts: tuple[float, float]
     by_bearings: tuple[float, float]
+    by_torsion: tuple[float, float]
     to_mend: float
     away: tuple[float, float]
 
 
+@dataclass(frozen=True)
+class TorsionOfGear:
+    """Torsion of a gear over its face width.
+
+    gear : its name
+    end : of its shaft, toward which the torque passes; None where torsion is left out
+    reason : why it is, else empty
+    """
+
+    gear: str
+    end: ShaftEnd | None
+    reason: str
+
+
+def torsion_of_gears(gear_set: GearSet) -> Iterator[TorsionOfGear]:
+    """Which gears twist, of those on shafts that yield."""
+    for one in torque_ends(gear_set):
+        yield TorsionOfGear(gear_set.gears[one.gear].name, one.end, one.reason)
+
+
 def loaded_shafts(machine: MachineAtRest) -> Iterator[ShaftUnderLoad]:
     """Shafts that yield, under the loads of a machine at rest."""
-    for index, (statics, gears) in sorted(machine.axes.shafts.items()):
-        loads = _shaft_loads(machine, statics, gears)
+    for index, (statics, _) in sorted(machine.axes.shafts.items()):
+        loads = _shaft_loads(machine, index, statics)
         fine = shaft_statics(statics.rotor, statics.places, ELEMENTS)
         solution = fine.solve(loads)
         bearings = statics.rotor.bearings
@@ -135,12 +161,19 @@ def _pressures(machine: MachineAtRest, shaft: int, motions: Array) -> tuple[floa
 
 
 def _shaft_loads(
-    machine: MachineAtRest, statics: ShaftStatics, gears: Sequence[int]
+    machine: MachineAtRest, index: int, statics: ShaftStatics
 ) -> list[ShaftLoad]:
-    """Tooth forces on the gears of a shaft, about the middles of these gears."""
+    """Tooth forces on the gears of a shaft, about the middles of these gears.
+
+    And the torque at its first end, where it enters or leaves there.
+    """
     torques = tooth_torques(machine.gear_set, machine.torque)
+    shaft = machine.gear_set.shafts[index]
     loads = []
-    for gear, position in zip(gears, statics.places, strict=True):
+    if shaft.body is not None and shaft.body.driven_from == "start":
+        outside = -float(torques[list(shaft.gears)].sum())
+        loads.append(ShaftLoad(position=0.0, moment=(0.0, 0.0, outside)))
+    for gear, position in zip(shaft.gears, statics.places, strict=True):
         x, y, z, *moment = (SLOPES.T @ machine.loads_on_gears[gear]).tolist()
         loads.append(
             ShaftLoad(
@@ -195,16 +228,20 @@ def meshes_on_shafts(machine: MachineAtRest) -> Iterator[MeshOnShafts]:
     held = _with_contacts(machine, _on_held_axes)
     aligned = _with_contacts(machine, _on_aligned_axes)
     by_bearings = _motions_by_bearings(machine)
-    for mesh, (cycle, held_cycle) in enumerate(
-        zip(machine.cycles, held.cycles, strict=True)
+    for mesh, (cycle, held_cycle, aligned_cycle) in enumerate(
+        zip(machine.cycles, held.cycles, aligned.cycles, strict=True)
     ):
-        if cycle is None or held_cycle is None:
+        if cycle is None or held_cycle is None or aligned_cycle is None:
             continue
         total, of_bearings, to_mend = (
             _gaps_of_tilts(machine, mesh, motions)
             for motions in (machine.motions, by_bearings, aligned.motions)
         )
-        of_shafts, gap = total - of_bearings, float(to_mend.sum())
+        of_torsion, of_aligned = (
+            _gaps_of_torsion(machine.problems[mesh], one)
+            for one in (cycle, aligned_cycle)
+        )
+        of_shafts, gap = total - of_bearings, float((to_mend + of_aligned).sum())
         gap_of_set = machine.gear_set.meshes[mesh].misalignment
         face, held_face = cycle.face, held_cycle.face
         yield MeshOnShafts(
@@ -218,9 +255,10 @@ def meshes_on_shafts(machine: MachineAtRest) -> Iterator[MeshOnShafts]:
             factor=float(face.distribution_factor[0]),
             held_factor=float(held_face.distribution_factor[0]),
             center=float(face.center[0].mean()),
-            misalignment=float(total.sum()),
+            misalignment=float((total + of_torsion).sum()),
             by_shafts=(float(of_shafts[0]), float(of_shafts[1])),
             by_bearings=(float(of_bearings[0]), float(of_bearings[1])),
+            by_torsion=(float(of_torsion[0]), float(of_torsion[1])),
             to_mend=gap,
             away=_opposite_slopes(machine.gear_set, mesh, gap + gap_of_set),
         )
@@ -236,6 +274,27 @@ def _gaps_of_tilts(machine: MachineAtRest, mesh: int, motions: Array) -> Array:
     # the driven gear yields along the push of the driver, which opens a gap
     width = machine.gear_set.common_width(mesh)
     return np.asarray(width * np.array([-1.0, 1.0]) * slopes)
+
+
+def _gaps_of_torsion(problem: ContactProblem, cycle: ContactCycle) -> Array:
+    """Gaps (2,) at the far end less those at the near end, by twists of both gears [m].
+
+    Under the mean loads of a cycle.
+    """
+    gaps, contact, face = np.zeros(2), problem.solver, cycle.face
+    if not isinstance(contact, WidthContact) or contact.supports is None:
+        return gaps
+    force = face.load[0].mean(axis=0).sum(axis=0) * face.slice_length
+    ends = 0.5 * contact.width * np.array([-1.0, 1.0])
+    gears = problem.pair.driver, problem.pair.driven
+    for i, (gear, support, offset) in enumerate(
+        zip(gears, contact.supports.gears, contact.offsets, strict=True)
+    ):
+        if support.torsion is not None:
+            torque = gear.base_radius * math.cos(face.base_helix_angle) * force
+            twist = support.torsion.between(ends + offset, face.place + offset)
+            gaps[i] = gear.base_radius * np.diff(twist @ torque)[0]
+    return gaps
 
 
 def _opposite_slopes(

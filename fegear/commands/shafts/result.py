@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from fegear.commands.shafts.figure import draw_shafts
-from fegear.commands.shafts.loads import MeshOnShafts, ShaftUnderLoad
+from fegear.commands.shafts.loads import MeshOnShafts, ShaftUnderLoad, TorsionOfGear
 from fegear.files.codes import with_code
 from fegear.files.version import package_version
 from fegear.studies.page import Columns, Page, RowTable, cell, number, pluralize
@@ -78,11 +78,12 @@ MESH_TITLE = (
     "the common width; misalignment: gap at its far end less that at the near end, as "
     "the key misalignment_um"
 )
-PARTS = "driver_shaft", "driver_bearings", "driven_shaft", "driven_bearings"
-PART_COLUMNS: Columns = {"mesh": lambda row: row["mesh"]} | {
-    part.replace("_", "\n"): cell(f"{part}_um") for part in PARTS
-}
-PART_TITLE = "Parts of the misalignment [um], by the shafts that bend and by bearings"
+SOURCES = "shaft", "bearings", "torsion"
+PARTS = tuple(f"{role}_{source}" for role in ("driver", "driven") for source in SOURCES)
+PART_TITLE = (
+    "Parts of the misalignment [um], by the shafts that bend, by bearings and by "
+    "torsion of the gears"
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +91,7 @@ class LoadedShaftsResult(StudyResult):
     """Shafts, bearings and meshes at a torque on the input gear [N m].
 
     exchanges : how often loads of meshes were exchanged
+    torsion : of all gears in mesh on shafts that yield
     """
 
     study: Any
@@ -99,6 +101,7 @@ class LoadedShaftsResult(StudyResult):
     meshes: tuple[MeshOnShafts, ...]
     exchanges: int
     gear_warnings: tuple[str, ...] = ()
+    torsion: tuple[TorsionOfGear, ...] = ()
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -109,6 +112,7 @@ class LoadedShaftsResult(StudyResult):
             "bearings": [row for one in self.shafts for row in _bearing_rows(one)],
             "shafts": [_largest_values(shaft) for shaft in self.shafts],
             "meshes": [_mesh_row(mesh) for mesh in self.meshes],
+            "torsion": [vars(one) for one in self.torsion],
             "exchanges": self.exchanges,
             "warnings": [*self.gear_warnings, *self._shaft_warnings()],
         }
@@ -121,6 +125,7 @@ class LoadedShaftsResult(StudyResult):
             "gear set": self.gear_set,
             "fegear version": package_version(),
             "torque on the input gear": f"{self.torque:.12g} N m",
+            "torsion of gears": _torsion_line(self.torsion),
             **self.study.gear_set.entries,
         }
         return Table.of_rows(rows, header)
@@ -136,6 +141,7 @@ class LoadedShaftsResult(StudyResult):
     def page(self) -> Page:
         values = self.summary
         yield f"{self.gear_set}, {self.torque:.12g} N m on the input gear"
+        yield f"torsion of gears over the face width: {_torsion_line(self.torsion)}"
         resist = any(any(shaft.tilt_stiffness) for shaft in self.shafts)
         columns = BEARING_COLUMNS | (MOMENT_COLUMNS if resist else {})
         if any(shaft.pressures for shaft in self.shafts):
@@ -143,9 +149,15 @@ class LoadedShaftsResult(StudyResult):
         yield RowTable(values["bearings"], columns, BEARING_TITLE)
         yield RowTable(values["shafts"], SHAFT_COLUMNS, SHAFT_TITLE)
         yield RowTable(values["meshes"], MESH_COLUMNS, MESH_TITLE)
-        yield RowTable(values["meshes"], PART_COLUMNS, PART_TITLE)
+        yield RowTable(values["meshes"], self._part_columns(), PART_TITLE)
         yield from map(self._lead_line, self.meshes)
         yield self._balance_line()
+
+    def _part_columns(self) -> Columns:
+        twist = any(one.end for one in self.torsion)
+        parts = [part for part in PARTS if twist or not part.endswith("torsion")]
+        columns: Columns = {"mesh": lambda row: row["mesh"]}
+        return columns | {part.replace("_", "\n"): cell(f"{part}_um") for part in parts}
 
     def _shaft_warnings(self) -> Iterator[str]:
         for values in map(_largest_values, self.shafts):
@@ -195,6 +207,15 @@ class LoadedShaftsResult(StudyResult):
             "balance, sum of the forces on a shaft over the largest of them: "
             f"{of_shafts}; loads of meshes agree after {exchanged} of all of them",
         )
+
+
+def _torsion_line(torsion: Sequence[TorsionOfGear]) -> str:
+    """Which gears twist and from where, and which do not and why."""
+    names: dict[str, list[str]] = {}
+    for one in torsion:
+        toward = f"torque at the {one.end}" if one.end else f"left out, {one.reason}"
+        names.setdefault(toward, []).append(one.gear)
+    return "; ".join(f"{', '.join(gears)} ({of})" for of, gears in names.items())
 
 
 def _bearing_rows(shaft: ShaftUnderLoad) -> Iterator[dict[str, Any]]:
@@ -249,7 +270,7 @@ def _largest(solution: Any, values: Array) -> tuple[float, float]:
 
 
 def _mesh_row(mesh: MeshOnShafts) -> dict[str, Any]:
-    parts = zip(mesh.by_shafts, mesh.by_bearings, strict=True)
+    parts = zip(mesh.by_shafts, mesh.by_bearings, mesh.by_torsion, strict=True)
     in_order = [1e6 * part for gear in parts for part in gear]
     driver, driven = mesh.away
     return {

@@ -6,7 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 
-from fegear.commands.shafts.loads import loaded_shafts, meshes_on_shafts
+from fegear.commands.shafts.loads import (
+    loaded_shafts,
+    meshes_on_shafts,
+    torsion_of_gears,
+)
 from fegear.commands.shafts.result import LoadedShaftsResult
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
@@ -70,6 +74,7 @@ class LoadedShafts(Study, command="shafts", example="shafts helical-machine"):
             tuple(meshes_on_shafts(machine)),
             machine.exchanges,
             tuple(gear_set_warnings(gears)),
+            tuple(torsion_of_gears(gears)),
         )
 
 

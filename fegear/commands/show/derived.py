@@ -81,6 +81,7 @@ def _body_figures(body: ShaftBody | None) -> dict[str, Any]:
         "mass_kg": body.density * volume,
         "bearings": len(body.bearings),
         **({"bearing_kz_N_per_m": axial} if is_stated else {}),
+        **({"driven_from": body.driven_from} if body.driven_from else {}),
         **({"rolling_bearings": rolling} if rolling else {}),
     }
 

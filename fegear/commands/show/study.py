@@ -254,6 +254,7 @@ def shaft_line(
     bearings: int = 0,
     bearing_kz_N_per_m: Sequence[float] = (),
     rolling_bearings: Sequence[dict[str, Any]] = (),
+    driven_from: str | None = None,
 ) -> str:
     """Rigid shaft: a, b; or its stiffness between successive gears; and its body."""
     line = f"Rigid shaft: {', '.join(gears)}"
@@ -269,10 +270,13 @@ def shaft_line(
     body = f"{shown_value(length_mm)} mm long, {shown_value(mass_kg)} kg"
     line = f"{line}; {body}, {pluralize(bearings, 'bearing')}"
     if rolling_bearings:
-        return f"{line}: {', '.join(map(_rolling_text, rolling_bearings))}"
-    if not bearing_kz_N_per_m:
-        return line
-    return f"{line} with {shown_value(list(bearing_kz_N_per_m))} N/m along the axis"
+        line = f"{line}: {', '.join(map(_rolling_text, rolling_bearings))}"
+    elif bearing_kz_N_per_m:
+        axial = shown_value(list(bearing_kz_N_per_m))
+        line = f"{line} with {axial} N/m along the axis"
+    if driven_from is not None:
+        line = f"{line}; torque from outside at its {driven_from}"
+    return line
 
 
 def _rolling_text(bearing: dict[str, Any]) -> str:

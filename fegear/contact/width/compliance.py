@@ -167,7 +167,7 @@ class FaceCompliance:
             total += np.where(offset == 0, images, 0.0)
         # bearings alone may push otherwise than they are pushed
         of_supports = self.of_supports(self.unit_wrenches(parts))
-        return 0.5 * (total + total.T) + of_supports
+        return 0.5 * (total + total.T) + of_supports + self.of_torsion(parts)
 
     def unit_wrenches(self, parts: LineParts) -> tuple[Array, Array]:
         """See `fegear.contact.width.supports.unit_wrenches`."""
@@ -180,6 +180,21 @@ class FaceCompliance:
         if self.face.supports is None:
             return np.zeros((len(wrenches[0]), len(wrenches[0])))
         return self.face.supports.compliance_between(wrenches)
+
+    def of_torsion(self, parts: LineParts) -> Array:
+        """Share (p, p) of bodies that twist over their face widths [m/N]."""
+        total = np.zeros((parts.place.size, parts.place.size))
+        if self.face.supports is None:
+            return total
+        of_gears = zip(
+            self.gears, self.face.supports.gears, self.face.offsets, strict=True
+        )
+        for gear, support, offset in of_gears:
+            if support.torsion is not None:
+                lever = self.helix_cosine * gear.base_radius
+                places = parts.place + offset
+                total += lever**2 * support.torsion.between(places, places)
+        return total
 
     def moved_away(self, parts: LineParts, load: Array) -> Array | None:
         """Gap along the normal (p,) that axes open which yield under forces (p,) [m].

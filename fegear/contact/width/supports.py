@@ -1,6 +1,6 @@
 """Axes that yield under the forces of slices: shafts and bearings as a compliance.
 
-The disc of a gear is rigid, and its axis at the middle of the face width moves by
+The disc of a gear does not bend, and its axis at the middle of the face width moves by
 
     q = (u_d, u_n, u_z, u_d', u_n')
 
@@ -16,7 +16,9 @@ so that a force f there does the work p^T q with the load
 
 With the load p_i of a unit normal force at slice i and the compliance C of the axis,
 p_j^T C p_i is what it adds to the compliance between slices: rank five a gear.
-Components along d, n and z stay as they are in a mirror that has the axis in it.
+Components along d, n and z stay as they are in a mirror that has the axis in it. Where
+it is known at which end torque enters, the disc twists, see
+`fegear.contact.width.torsion`.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fegear.contact.width.torsion import BodyTorsion
 from lumped.common.array_types import Array
 from meshes import SpurGear
 
@@ -39,10 +42,12 @@ class GearSupport:
     compliance : C (5, 5) [m/N, 1/N and 1/(N m)]
     motion : q (5,) by loads of other meshes, over the torque on the driver of this one,
         to which they are proportional [1/N and 1/(N m)]
+    torsion : of the body over its face width; None where it is rigid about the axis
     """
 
     compliance: Array
     motion: Array
+    torsion: BodyTorsion | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -405,6 +405,7 @@ MOUNTED_KEYS = {
 SHAFT_KEYS = {
     **{name: Key(value, (CAMPBELL,), BENT) for name, value in SHAFT_VALUES.items()},
     "bearing_kz_N_per_m": Key([0.0, 3e7], (SHOWN, CAMPBELL), HELICAL_BENT),
+    "driven_from": Key("start", (SHOWN, SHAFTS), BENT),
     **MOUNTED_KEYS,
 }
 LONE = {"name": "z", "teeth": 31, "inertia_kg_m2": 5e-4, "mass_kg": 0.5}

@@ -35,9 +35,12 @@ def solved(gear_set):
     return machine, variations, system
 
 
-def test_at_slow_speed_bearings_have_the_forces_of_statics():
+@pytest.mark.parametrize(
+    "keys", [{}, {"driven_from": "end"}], ids=["rigid", "twisting"]
+)
+def test_at_slow_speed_bearings_have_the_forces_of_statics(keys):
     """RMS over the mesh cycle, also of the place of the load that wanders."""
-    machine, variations, system = solved(one_stage())
+    machine, variations, system = solved(one_stage(**keys))
     problem = WhirlProblem(assemble(system))
     response = machine_response(
         machine.gear_set, system, problem, variations, np.array([0.0, 1.0]), 0.04

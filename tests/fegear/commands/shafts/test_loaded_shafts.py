@@ -128,10 +128,41 @@ def test_reactions_of_two_bearings_by_levers(result):
 
 def test_parts_of_a_misalignment_add_up(result):
     for mesh in result.meshes:
-        parts = sum(mesh.by_shafts) + sum(mesh.by_bearings)
+        parts = sum(mesh.by_shafts) + sum(mesh.by_bearings) + sum(mesh.by_torsion)
         assert parts == pytest.approx(mesh.misalignment, rel=1e-9)
         # the load goes away from the end with the gap
         assert mesh.center * mesh.misalignment < 0.0
+
+
+def test_torsion_opens_the_end_away_from_the_torque(result):
+    """By the twist at the centre of the load.
+
+    The torque leaves wheel-1 at its far end and enters pinion-2 at its near end.
+    """
+    gears = load_gear_set(SET)
+    torques = tooth_torques(gears, result.torque)
+    for mesh, role, sign in ((0, 1, -1.0), (1, 0, 1.0)):
+        index = gears.meshes[mesh].gears[role]
+        gear = gears.gears[index]
+        rigidity = 206e9 / 2.6 * math.pi / 2.0 * gear.geometry.root_radius**4
+        distance = 0.5 * gear.face_width + sign * result.meshes[mesh].center
+        opened = gear.geometry.base_radius * abs(torques[index]) * distance / rigidity
+        part = result.meshes[mesh].by_torsion
+        assert part[role] == pytest.approx(sign * opened, rel=1e-3)
+        assert part[1 - role] == 0.0
+    page = "".join(line for line in result.page() if isinstance(line, str))
+    assert "pinion-1, wheel-2 (left out, without driven_from)" in page
+    assert "wheel-1 (torque at the end); pinion-2 (torque at the start)" in page
+
+
+@pytest.mark.parametrize(("end", "before"), [("start", 40.0), ("end", 0.0)])
+def test_torque_of_a_shaft_begins_where_it_enters(end, before):
+    edit = GearSetRef(name=SET, edits=(f"shaft.1.driven_from={end}",))
+    solution = shafts_of(edit).shafts[0].solution
+    gear = int(np.argmin(np.abs(solution.position - 0.03)))
+    torque = np.abs(solution.torque)
+    assert torque[1:gear].ravel() == pytest.approx(before)
+    assert torque[gear + 1 : -1].ravel() == pytest.approx(40.0 - before, abs=1e-9)
 
 
 def test_bearings_tilt_a_rigid_shaft_by_their_own_displacements(result, machine):
