@@ -91,12 +91,12 @@ class Disk:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LinearisedSupport:
-    """Force of a bearing on a shaft at rest, at displacements u: force - stiffness u.
+    """Force of a bearing on a shaft at displacements u: force - stiffness u.
 
     Components are along x, y, z and about x and y.
 
     stiffness : tangent (5, 5) [N/m], [N], [N m]
-    force : (5,) at no displacement [N], [N m]
+    force : (5,) at no displacement, which vibration leaves out [N], [N m]
     """
 
     stiffness: Array
@@ -115,7 +115,7 @@ class Bearing:
         `statics` and where shafts move along their axes [N/m], [N s/m]
     tilt_stiffness : moment per angle about both diameters [N m/rad]
     torsional_stiffness : of a spring to ground about the axis [N m/rad]
-    linearised : in place of all stiffnesses where the shaft is at rest; see
+    linearised : in place of stiffnesses but the torsional one; see
         `lumped.rotors.rolling_statics`
     """
 
@@ -130,13 +130,6 @@ class Bearing:
 
     def __post_init__(self) -> None:
         require_fields(self)
-
-    @property
-    def is_isotropic(self) -> bool:
-        """Whether it is the same in all directions, so that it may be seen turning."""
-        return all(
-            xx == yy and xy == -yx for xx, xy, yx, yy in (self.stiffness, self.damping)
-        )
 
 
 @dataclass(frozen=True, kw_only=True)

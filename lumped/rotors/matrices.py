@@ -19,20 +19,24 @@ from lumped.rotors.beams import (
     QUARTER_TURN,
     TILT_X,
     TILT_Y,
-    X,
-    Y,
     bending_stiffness,
     gyroscopic_matrix,
     in_both_planes,
     linear_matrices,
+    rigid_arm,
     rotation_mass,
     translation_mass,
     twist_matrices,
 )
+from lumped.rotors.bearing_matrices import (
+    bearing_damping,
+    bearing_motion,
+    bearing_stiffness,
+    seen_through,
+)
 from lumped.rotors.description import (
     MIN_ELEMENT,
     POSITION_RTOL,
-    Bearing,
     Rotor,
     RotorError,
     RotorSystem,
@@ -87,7 +91,7 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
     for number, rotor in enumerate(system.rotors):
         _add_shaft(result, number, rotor)
         _add_disks(result, number, rotor)
-        _add_bearings(result, number, rotor)
+        _add_bearings(result, system, number)
         if system.axial_motion:
             _add_axial_motion(result, number, rotor)
     for number, mesh in enumerate(system.meshes):
@@ -182,21 +186,6 @@ def element_stiffness(
     )
 
 
-def bearing_stiffness(bearing: Bearing) -> Array:
-    """Stiffness (5, 5) of a bearing against motion of the shaft in it."""
-    tilt = bearing.tilt_stiffness
-    stiffness = np.diag([0.0, 0.0, tilt, tilt, bearing.torsional_stiffness])
-    stiffness[:2, :2] = np.reshape(bearing.stiffness, (2, 2))
-    return stiffness
-
-
-def rigid_arm(distance: float) -> Array:
-    """Motion (5, 5) of a point by that of one at a distance before it [m]."""
-    arm = np.eye(NODE_SIZE)
-    arm[X, TILT_Y], arm[Y, TILT_X] = distance, -distance
-    return arm
-
-
 def _arm(result: GyroscopicSystem, rotor: int, position: float) -> Array:
     """Motion (5, 5) of a part by that of the node that carries it on a rigid arm."""
     nodes = result.nodes[rotor]
@@ -215,20 +204,16 @@ def _add_disks(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
         result.gyroscopic[at, at] += moment - moment.T
 
 
-def _add_bearings(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
-    for bearing in rotor.bearings:
-        first = result.index(number, bearing.position, "x")
-        at = slice(first, first + NODE_SIZE)
-        arm = _arm(result, number, bearing.position)
-        stiffness = bearing_stiffness(bearing)
-        damping = np.zeros((NODE_SIZE, NODE_SIZE))
-        damping[:2, :2] = np.reshape(bearing.damping, (2, 2))
-        result.stiffness[at, at] += arm.T @ stiffness @ arm
-        result.damping[at, at] += arm.T @ damping @ arm
+def _add_bearings(result: GyroscopicSystem, system: RotorSystem, number: int) -> None:
+    for index, bearing in enumerate(system.rotors[number].bearings):
+        at, motion = bearing_motion(result, system, number, index)
+        place = np.ix_(at, at)
+        result.stiffness[place] += seen_through(motion, bearing_stiffness(bearing))
+        result.damping[place] += seen_through(motion, bearing_damping(bearing))
 
 
 def _add_axial_motion(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
-    """Rods between nodes, and masses and bearings along the axis."""
+    """Rods between nodes, and masses along the axis."""
     nodes = result.nodes[number]
     first = result.index(number, 0.0, AXIAL_COORDINATE)
     for element, (low, high) in enumerate(pairwise(nodes)):
@@ -243,7 +228,3 @@ def _add_axial_motion(result: GyroscopicSystem, number: int, rotor: Rotor) -> No
     for disk in rotor.disks:
         z = result.index(number, disk.position, AXIAL_COORDINATE)
         result.mass[z, z] += disk.mass
-    for bearing in rotor.bearings:
-        z = result.index(number, bearing.position, AXIAL_COORDINATE)
-        result.stiffness[z, z] += bearing.axial_stiffness
-        result.damping[z, z] += bearing.axial_damping

@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 from fegear.commands.campbell.response import MachineResponse, draw_response
+from fegear.commands.campbell.rolling import LinearisedBearing
 from fegear.commands.campbell.rotors import Motion
 from fegear.files.codes import with_code
 from fegear.studies.page import Columns, Page, RowTable, cell, number
@@ -88,6 +89,9 @@ class CampbellResult(StudyResult):
     motion : of shafts, along their axes too in space
     is_helical : whether there are helical gears
     response : vibration excited by the meshes, None where their teeth are not solved
+    rolling_bearings : linearised at the torque
+    has_solved_loads : whether these have the loads of solved teeth, else those of
+        torque, pressure and helix angles in the middle of the face width
     """
 
     study: Any
@@ -104,6 +108,8 @@ class CampbellResult(StudyResult):
     is_helical: bool
     gear_warnings: tuple[str, ...] = ()
     response: MachineResponse | None = None
+    rolling_bearings: tuple[LinearisedBearing, ...] = ()
+    has_solved_loads: bool = False
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -116,6 +122,7 @@ class CampbellResult(StudyResult):
             "motion": self.motion,
             "shafts": list(map(asdict, self.shafts)),
             "mean_stiffness": list(map(asdict, self.mean_stiffness)),
+            "rolling_bearings": list(map(asdict, self.rolling_bearings)),
             "modes": [
                 {
                     "at_rest_Hz": finite_or_none(float(curves.frequency_Hz[0, mode])),
@@ -175,7 +182,20 @@ class CampbellResult(StudyResult):
         }
         entries = self.study.gear_set.entries
         names = {"gear set": self.gear_set, "motion": self.motion}
+        if self.rolling_bearings:
+            names["rolling bearings"] = self._linearised_at
         return {**names, **meshes, **shafts, **entries}
+
+    @property
+    def _linearised_at(self) -> str:
+        """Loads at which rolling bearings are linearised, in words."""
+        loads = (
+            "loads of teeth in contact"
+            if self.has_solved_loads
+            else "forces of teeth in the middle of the face width"
+        )
+        at = f"{number(self.torque or 0.0)} N m on the input gear"
+        return f"linearised at {at}, {loads}"
 
     @property
     def table(self) -> Table:
@@ -245,6 +265,9 @@ class CampbellResult(StudyResult):
                 f"mesh {entry.mesh}: mean stiffness {entry.stiffness_N_per_m:.5g} N/m, "
                 f"{entry.origin}"
             )
+        if self.rolling_bearings:
+            title = f"rolling bearings, {self._linearised_at}"
+            yield RowTable(values["rolling_bearings"], ROLLING_COLUMNS, title)
         if self.motion == "plane" and self.is_helical:
             yield (
                 "the helix of gears and motion along the axes are left out; motion = "
@@ -288,6 +311,16 @@ MODE_COLUMNS: Columns = {
 MODE_COLUMNS_IN_SPACE: Columns = {
     **MODE_COLUMNS,
     "energy along\naxes [%]": cell("axial_fraction", 3, 100.0),
+}
+
+ROLLING_COLUMNS: Columns = {
+    "shaft": lambda row: row["shaft"],
+    "at\n[mm]": cell("position_mm", 4),
+    "along x\n[N/m]": cell("radial_x_N_per_m", 4),
+    "along y\n[N/m]": cell("radial_y_N_per_m", 4),
+    "along axis\n[N/m]": cell("axial_N_per_m", 4),
+    "about x\n[N m/rad]": cell("tilt_x_Nm_per_rad", 4),
+    "about y\n[N m/rad]": cell("tilt_y_Nm_per_rad", 4),
 }
 
 CRITICAL_COLUMNS: Columns = {

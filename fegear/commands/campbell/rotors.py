@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
+from fegear.commands.campbell.rolling import NO_BEARINGS, LinearisedBearings
 from fegear.files.errors import InputError
 from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.faults.checks import require_nominal
@@ -38,6 +39,7 @@ def rotor_system(
     elements: int,
     motion: Motion | None = None,
     matrices: Sequence[Array] = (),
+    rolling: LinearisedBearings = NO_BEARINGS,
 ) -> RotorSystem:
     """Shafts, gears, bearings and meshes; InputError where a shaft is not described.
 
@@ -46,6 +48,7 @@ def rotor_system(
     motion : see `has_axial_motion`
     matrices : of every mesh, see `MeshSpring.matrix`; none where stiffnesses are spread
         evenly over the planes of action
+    rolling : bearings of shafts on rolling bearings, by the shaft's index
     """
     require_nominal(gear_set, "shafts that bend")
     require_one_helix(gear_set, "shafts that bend")
@@ -55,8 +58,10 @@ def rotor_system(
     try:
         return RotorSystem(
             rotors=tuple(
-                _rotor(gear_set, train, shaft, body)
-                for shaft, body in zip(gear_set.shafts, bodies, strict=True)
+                _rotor(gear_set, train, (shaft, body), rolling.get(index, ()))
+                for index, (shaft, body) in enumerate(
+                    zip(gear_set.shafts, bodies, strict=True)
+                )
             ),
             meshes=tuple(
                 replace(mesh, **_in_space(gear_set, number, matrices))
@@ -103,11 +108,6 @@ def require_bodies(gear_set: GearSet) -> list[ShaftBody]:
             )
     bodies = [shaft.body for shaft in gear_set.shafts if shaft.body]
     for number, body in enumerate(bodies, start=1):
-        if body.mounted_bearings:
-            raise InputError(
-                f"{gear_set.name}: shaft {number}: rolling_bearings; shafts that spin "
-                "need linear bearings, bearing_kx_N_per_m and bearing_ky_N_per_m"
-            )
         if len({bearing.position for bearing in body.bearings}) < 2:
             raise InputError(
                 f"{gear_set.name}: shaft {number}: bearing_positions_mm has "
@@ -122,7 +122,13 @@ def transverse_inertia(gear: Gear) -> float:
     return 0.5 * inertia_of(gear) + mass_of(gear) * gear.face_width**2 / 12.0
 
 
-def _rotor(gear_set: GearSet, train: Train, shaft: Shaft, body: ShaftBody) -> Rotor:
+def _rotor(
+    gear_set: GearSet,
+    train: Train,
+    on_body: tuple[Shaft, ShaftBody],
+    rolling: tuple[Bearing, ...],
+) -> Rotor:
+    shaft, body = on_body
     gears = [gear_set.gears[index] for index in shaft.gears]
     wheels = [
         Disk(
@@ -156,7 +162,7 @@ def _rotor(gear_set: GearSet, train: Train, shaft: Shaft, body: ShaftBody) -> Ro
     return replace(
         bare,
         disks=(*wheels, *disks),
-        bearings=(*bare.bearings, *springs),
+        bearings=(*bare.bearings, *rolling, *springs),
         speed_ratio=float(train.speeds[shaft.gears[0]]),
     )
 

@@ -24,6 +24,11 @@ from fegear.commands.campbell.result import (
     SpinningShaft,
     UnstableSpeeds,
 )
+from fegear.commands.campbell.rolling import (
+    bearings_at_rest,
+    has_rolling_bearings,
+    linearised_entries,
+)
 from fegear.commands.campbell.rotors import Motion, has_axial_motion, rotor_system
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
@@ -55,6 +60,7 @@ from lumped.rotors.whirl import WhirlProblem, mode_kind
 
 if TYPE_CHECKING:
     from fegear.statics.load_variation import LoadVariation
+    from fegear.statics.machine import MachineAtRest
 
 RPM = 2.0 * math.pi / SECONDS_PER_MINUTE  # rad/s
 DEFAULT_MODE = 4  # at rest, whose frequency the fastest shaft reaches by default
@@ -137,7 +143,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
 
     def tasks(self) -> Iterator[Task]:
         gears = self.gear_set.loaded
-        load = stiffness_load(self, gears)
+        load = stiffness_load(self, gears, has_rolling_bearings(gears))
         yield Task("diagram", partial(self._solve, gears, load))
 
     def _solve(self, gears: GearSet, load: float | None, job: Job) -> CampbellResult:
@@ -145,13 +151,18 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         rotor_system(gears, ones, self.elements, self.motion)  # refused early
         variations: list[LoadVariation] = []
         if self._solves_vibration(gears):
-            variations, meshes = self._loaded_meshes(gears, load or 0.0, job)
+            machine = self._machine(gears, load or 0.0, job)
+            variations, meshes = _loaded_meshes(machine, job)
+            rolling = bearings_at_rest(gears, load, machine.loads_on_gears)
         else:
+            rolling = bearings_at_rest(gears, load)
             is_given = self.stiffness == "given"
             meshes = mean_stiffnesses(gears, load or 0.0, self.excitation, is_given)
         stiffness = [k for k, _ in meshes]
         matrices = [one.stiffness for one in variations]
-        system = rotor_system(gears, stiffness, self.elements, self.motion, matrices)
+        system = rotor_system(
+            gears, stiffness, self.elements, self.motion, matrices, rolling
+        )
         problem = WhirlProblem(assemble(system))
         rpm = np.linspace(0.0, self.max_rpm or default_rpm(problem), self.points)
         speeds = (RPM * rpm).tolist()
@@ -187,6 +198,8 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             any(mesh.is_helical for mesh in gears.meshes),
             tuple(warnings_of(gears)),
             self._response(gears, system, problem, variations, rpm, job),
+            linearised_entries(gears, rolling),
+            bool(variations),
         )
 
     def _solves_vibration(self, gears: GearSet) -> bool:
@@ -195,11 +208,8 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         by_elements = self.stiffness == "fe" and is_solid
         return by_elements and has_axial_motion(gears, self.motion)
 
-    def _loaded_meshes(
-        self, gears: GearSet, load: float, job: Job
-    ) -> tuple[list[LoadVariation], list[tuple[float, str]]]:
-        """Loads of all meshes over their cycles; mean stiffnesses and their origin."""
-        from fegear.statics.load_variation import load_variation
+    def _machine(self, gears: GearSet, load: float, job: Job) -> MachineAtRest:
+        """All meshes at rest at a torque on the input gear [N m]."""
         from fegear.statics.machine import machine_at_rest
 
         torques = mesh_torques_at(gears, load)
@@ -211,15 +221,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
                 )
         statics = replace(self.excitation.statics, shafts=None)
         on_shafts = statics.on_shafts(gears)
-        machine = machine_at_rest(on_shafts, load, statics, job.report)
-        variations, meshes = [], []
-        for mesh, torque in enumerate(torques):
-            job.report("loads of teeth", mesh, len(torques))
-            one = load_variation(machine, mesh, POSITIONS)
-            text = f"finite elements at {torque:g} N m on the driver, on shafts that"
-            variations.append(one)
-            meshes.append((float(one.stiffness[0, 0]), f"{text} yield"))
-        return variations, meshes
+        return machine_at_rest(on_shafts, load, statics, job.report)
 
     def _response(
         self,
@@ -237,6 +239,23 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         return machine_response(
             *place, lambda done: job.report("vibration", done, rpm.size)
         )
+
+
+def _loaded_meshes(
+    machine: MachineAtRest, job: Job
+) -> tuple[list[LoadVariation], list[tuple[float, str]]]:
+    """Loads of all meshes over their cycles; mean stiffnesses and their origin."""
+    from fegear.statics.load_variation import load_variation
+
+    torques = mesh_torques_at(machine.gear_set, machine.torque)
+    variations, meshes = [], []
+    for mesh, torque in enumerate(torques):
+        job.report("loads of teeth", mesh, len(torques))
+        one = load_variation(machine, mesh, POSITIONS)
+        text = f"finite elements at {torque:g} N m on the driver, on shafts that"
+        variations.append(one)
+        meshes.append((float(one.stiffness[0, 0]), f"{text} yield"))
+    return variations, meshes
 
 
 def default_rpm(problem: WhirlProblem) -> float:
