@@ -22,6 +22,7 @@ from lumped.rotors.beams import (
 )
 from lumped.rotors.description import Bearing, RotorSystem
 from lumped.rotors.gyroscopic import GyroscopicSystem, node_at
+from lumped.rotors.housing import HOUSING_NODE_SIZE, HOUSING_Z, IN_HOUSING
 
 Z = NODE_SIZE  # along the axis, after the coordinates of a node
 BEARING_SIZE = NODE_SIZE + 1
@@ -82,10 +83,11 @@ def seen_through(motion: Array, matrix: Array) -> Array:
 def bearing_motion(
     matrices: GyroscopicSystem, system: RotorSystem, rotor: int, bearing: int
 ) -> tuple[list[int], Array]:
-    """Motion of a shaft in one of its bearings.
+    """Motion of a shaft in one of its bearings, against ground or the housing.
 
     Returns the coordinates (m,) that move it, and the six motions by them (6, m). There
-    is no motion along the axis where shafts have none.
+    is no motion along the axis where shafts have none. Rotations about the axis are
+    against ground, for what drives or brakes a shaft is not part of the housing.
     """
     position = system.rotors[rotor].bearings[bearing].position
     nodes = matrices.nodes[rotor]
@@ -96,4 +98,13 @@ def bearing_motion(
     if matrices.has_axial_motion:
         at.append(matrices.index(rotor, position, AXIAL_COORDINATE))
         rows = np.column_stack([rows, np.eye(BEARING_SIZE)[Z]])
+    housing = system.housing
+    node = None if housing is None else housing.node_of(rotor, bearing)
+    if node is not None:
+        first = matrices.shaft_size + HOUSING_NODE_SIZE * node
+        moved = dict(IN_HOUSING)
+        if matrices.has_axial_motion:
+            moved[Z] = HOUSING_Z
+        at += [first + place for place in moved.values()]
+        rows = np.column_stack([rows, -np.eye(BEARING_SIZE)[:, list(moved)]])
     return at, rows

@@ -13,6 +13,7 @@ from typing import Any
 from lumped.common.array_types import Array
 from lumped.common.checks import format_number, require_fields
 from lumped.common.options import Range
+from lumped.rotors.housing import Housing, HousingNode
 
 POSITION_RTOL = 1e-9  # of a length, below which two positions are one
 # Over the length of the shaft: sections are not shorter, and parts that are closer to a
@@ -275,12 +276,14 @@ class RotorSystem:
     axial_motion : whether shafts move along their axes; else they are held in place.
         One choice for the whole machine, whose coordinates along axes follow all
         others, leaves matrices and modes of machines without it as they are
+    housing : that holds bearings, None where all are on ground
     """
 
     rotors: tuple[Rotor, ...]
     meshes: tuple[MeshSpring, ...] = ()
     elements: int = field(default=12, metadata={"allowed": Range(least=1, most=1000)})
     axial_motion: bool = False
+    housing: Housing | None = None
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -293,3 +296,20 @@ class RotorSystem:
                         f"rotor index = {rotor}; must be 0 to {len(self.rotors) - 1}"
                     )
                 self.rotors[rotor].require_position("gear", position)
+        for node in () if self.housing is None else self.housing.nodes:
+            if node is not None:
+                self._require_bearing(node)
+
+    def _require_bearing(self, node: HousingNode) -> None:
+        """Raise RotorError for a bearing in the housing that no rotor has."""
+        count = len(self.rotors)
+        if not 0 <= node.rotor < count:
+            raise RotorError(
+                f"housing: rotor index = {node.rotor}; must be 0 to {count - 1}"
+            )
+        count = len(self.rotors[node.rotor].bearings)
+        if not 0 <= node.bearing < count:
+            raise RotorError(
+                f"housing: bearing index = {node.bearing}; rotor {node.rotor} has "
+                f"{count} bearings, from 0"
+            )

@@ -43,6 +43,7 @@ from lumped.rotors.description import (
     Section,
 )
 from lumped.rotors.gyroscopic import GyroscopicSystem, node_at
+from lumped.rotors.housing import Housing, symmetric
 from lumped.rotors.mesh_springs import mesh_matrix
 
 
@@ -76,6 +77,9 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
         for number, rotor in enumerate(system.rotors)
     )
     size = (NODE_SIZE + system.axial_motion) * sum(map(len, nodes))
+    housing = system.housing
+    held = np.zeros((0, 0)) if housing is None else symmetric(housing.stiffness)
+    size += len(held)
     result = GyroscopicSystem(
         nodes,
         tuple(rotor.speed_ratio for rotor in system.rotors),
@@ -87,7 +91,10 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
         centripetal=np.zeros((size, size)),
         shaft_stiffness=np.zeros((size, size)),
         mesh_stiffness=np.zeros((len(system.meshes), size, size)),
+        housing_stiffness=held,
     )
+    if housing is not None:
+        _add_housing(result, housing)
     for number, rotor in enumerate(system.rotors):
         _add_shaft(result, number, rotor)
         _add_disks(result, number, rotor)
@@ -98,6 +105,14 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
         result.mesh_stiffness[number] = mesh_matrix(result, mesh)
         result.stiffness[:] += result.mesh_stiffness[number]
     return result
+
+
+def _add_housing(result: GyroscopicSystem, housing: Housing) -> None:
+    at = np.s_[result.shaft_size :, result.shaft_size :]
+    result.mass[at] += symmetric(housing.mass)
+    result.stiffness[at] += result.housing_stiffness
+    if housing.damping is not None:
+        result.damping[at] += symmetric(housing.damping)
 
 
 def _gear_positions(system: RotorSystem, rotor: int) -> list[float]:

@@ -25,6 +25,7 @@ from lumped.rotors.bearing_matrices import (
 )
 from lumped.rotors.description import RotorSystem
 from lumped.rotors.gyroscopic import GyroscopicSystem
+from lumped.rotors.housing import HOUSING_NODE_SIZE
 from lumped.rotors.whirl import WhirlProblem
 
 
@@ -98,3 +99,16 @@ def bearing_forces(
             of_dampers = rate * (in_bearing @ bearing_damping(bearing).T)
             forces.append(-(of_springs + of_dampers)[:, [X, Y, Z]])
     return forces
+
+
+def housing_accelerations(
+    system: RotorSystem, matrices: GyroscopicSystem, frequencies: Array, motion: Complex
+) -> list[Complex]:
+    """Accelerations of every node of the housing along x, y, z (f, 3) [m/s2].
+
+    frequencies, motion : as in `bearing_forces`
+    """
+    nodes = () if system.housing is None else system.housing.nodes
+    firsts = [matrices.shaft_size + HOUSING_NODE_SIZE * n for n in range(len(nodes))]
+    square = -(frequencies[:, None] ** 2)
+    return [square * motion[:, first : first + 3] for first in firsts]

@@ -304,6 +304,7 @@ def _campbell_curves(diagram: Campbell, rpm: Array) -> CampbellCurves:
         whirl=diagram.whirl,
         torsion=diagram.torsion,
         axial=diagram.axial,
+        housing=diagram.housing,
         mesh_energy=diagram.mesh_energy,
     )
 
@@ -338,7 +339,7 @@ def _critical_entry(
         order=line.order,
         driver_speed_rpm=speed.speed / RPM,
         frequency_Hz=speed.frequency / (2.0 * math.pi),
-        kind=mode_kind(speed.whirl, speed.torsion, speed.axial),
+        kind=mode_kind(speed.whirl, speed.torsion, speed.axial, speed.housing),
         shaft=system.rotors[speed.rotor].name,
         whirl=speed.whirl,
         damping_ratio=speed.damping_ratio + 0.0,
