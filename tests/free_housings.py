@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
+from fegear.files.matlab import write_matlab
 from lumped.rotors.housing import Housing, HousingNode
 
 
@@ -67,3 +70,33 @@ def bearing_nodes(system):
         for rotor, one in enumerate(system.rotors)
         for bearing in range(len(one.bearings))
     )
+
+
+def write_housing(path, housing):
+    """A housing as a MAT file."""
+    rows = [
+        (0, 1) if n is None else (n.rotor + 1, n.bearing + 1) for n in housing.nodes
+    ]
+    damping = {} if housing.damping is None else {"damping": housing.damping}
+    matrices = {"stiffness": housing.stiffness, "mass": housing.mass}
+    write_matlab(path, {**matrices, **damping, "nodes": np.array(rows, dtype=float)})
+
+
+def two_shafts():
+    """Housing in `housing.mat` of two shafts with two bearings, and a sensor."""
+    nodes = tuple(HousingNode(shaft, bearing) for shaft in (0, 1) for bearing in (0, 1))
+    return random_housing(np.random.default_rng(99), (*nodes, None), modes=2)
+
+
+def sensor_alone():
+    """Housing in `sensor.mat` of no shaft."""
+    return random_housing(np.random.default_rng(99), (None,))
+
+
+HOUSINGS = Path(__file__).parent / "housings"
+STORED = {"two-shafts.mat": two_shafts, "sensor.mat": sensor_alone}
+
+if __name__ == "__main__":
+    HOUSINGS.mkdir(exist_ok=True)
+    for name, housing_of in STORED.items():
+        write_housing(HOUSINGS / name, housing_of())

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -80,6 +81,16 @@ class Housing:
         yield "mass", self.mass
         if self.damping is not None:
             yield "damping", self.damping
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Housing) and self._content == other._content
+
+    def __hash__(self) -> int:
+        return hash(self._content)
+
+    @cached_property
+    def _content(self) -> tuple[object, ...]:
+        return self.nodes, *((n, m.shape, m.tobytes()) for n, m in self._matrices())
 
     @property
     def size(self) -> int:

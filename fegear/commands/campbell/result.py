@@ -73,6 +73,11 @@ MESH_COLUMNS = (
     *("driver_speed_rpm", "mesh", "force_rms_N"),
     *("peak_force_N", "mean_force_N"),
 )
+HOUSING_COLUMNS = (
+    *("driver_speed_rpm", "node", "shaft", "position_m", "acceleration_x_rms_m_per_s2"),
+    *("acceleration_y_rms_m_per_s2", "acceleration_z_rms_m_per_s2"),
+)
+HOUSING_TITLE = "Largest acceleration of the housing's nodes over the speed, RMS"
 BEARING_TITLE = (
     "Largest vibration of bearings over the speed, excited by the meshes, RMS, with "
     "the damping ratio of the gear set in all modes"
@@ -92,6 +97,7 @@ class CampbellResult(StudyResult):
     rolling_bearings : linearised at the torque
     has_solved_loads : whether these have the loads of solved teeth, else those of
         torque, pressure and helix angles in the middle of the face width
+    housing : its file and what it holds, None where bearings are on ground
     """
 
     study: Any
@@ -110,6 +116,7 @@ class CampbellResult(StudyResult):
     response: MachineResponse | None = None
     rolling_bearings: tuple[LinearisedBearing, ...] = ()
     has_solved_loads: bool = False
+    housing: str | None = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -122,6 +129,7 @@ class CampbellResult(StudyResult):
             "motion": self.motion,
             "shafts": list(map(asdict, self.shafts)),
             "mean_stiffness": list(map(asdict, self.mean_stiffness)),
+            "housing": self.housing,
             "rolling_bearings": list(map(asdict, self.rolling_bearings)),
             "modes": [
                 {
@@ -131,6 +139,7 @@ class CampbellResult(StudyResult):
                     ),
                     "kind": curves.kind(mode),
                     "axial_fraction": float(curves.axial[0, mode]),
+                    "housing_fraction": float(curves.housing[0, mode]),
                     "mesh_energy_fraction": float(curves.mesh_energy[0, mode]),
                 }
                 for mode in range(curves.count)
@@ -182,6 +191,8 @@ class CampbellResult(StudyResult):
         }
         entries = self.study.gear_set.entries
         names = {"gear set": self.gear_set, "motion": self.motion}
+        if self.housing:
+            names["housing"] = self.housing
         if self.rolling_bearings:
             names["rolling bearings"] = self._linearised_at
         return {**names, **meshes, **shafts, **entries}
@@ -203,6 +214,7 @@ class CampbellResult(StudyResult):
         names = (
             *("driver_speed_rpm", "mode", "frequency_Hz", "damping_ratio", "kind"),
             *("whirl", "torsion_fraction", "axial_fraction", "mesh_energy_fraction"),
+            "housing_fraction",
         )
         return Table(names, self._rows, self._header)
 
@@ -213,18 +225,19 @@ class CampbellResult(StudyResult):
                 at = row, mode
                 if not math.isfinite(curves.frequency_Hz[at]):
                     continue
-                parts = curves.whirl, curves.torsion, curves.axial
-                whirl, torsion, axial = (float(part[at]) for part in parts)
+                parts = curves.whirl, curves.torsion, curves.axial, curves.housing
+                whirl, torsion, axial, housing = (float(part[at]) for part in parts)
                 yield (
                     rpm,
                     mode + 1,
                     float(curves.frequency_Hz[at]),
                     float(curves.damping_ratio[at]),
-                    mode_kind(whirl, torsion, axial),
+                    mode_kind(whirl, torsion, axial, housing),
                     whirl,
                     torsion,
                     axial,
                     float(curves.mesh_energy[at]),
+                    housing,
                 )
 
     @property
@@ -237,6 +250,9 @@ class CampbellResult(StudyResult):
             of_bearings, of_meshes = self.response.bearing_rows, self.response.mesh_rows
             tables["bearing_forces"] = Table(BEARING_COLUMNS, of_bearings, self._header)
             tables["mesh_forces"] = Table(MESH_COLUMNS, of_meshes, self._header)
+            if self.housing:
+                rows_of = self.response.housing_rows
+                tables["housing"] = Table(HOUSING_COLUMNS, rows_of, self._header)
         return tables
 
     @property
@@ -265,6 +281,8 @@ class CampbellResult(StudyResult):
                 f"mesh {entry.mesh}: mean stiffness {entry.stiffness_N_per_m:.5g} N/m, "
                 f"{entry.origin}"
             )
+        if self.housing:
+            yield f"housing: {self.housing}; bearings without a node are on ground"
         if self.rolling_bearings:
             title = f"rolling bearings, {self._linearised_at}"
             yield RowTable(values["rolling_bearings"], ROLLING_COLUMNS, title)
@@ -279,6 +297,8 @@ class CampbellResult(StudyResult):
             f"{number(100.0 * self.discretisation, 2)} % with twice the elements",
         )
         columns = MODE_COLUMNS if self.motion == "plane" else MODE_COLUMNS_IN_SPACE
+        if self.housing:
+            columns = {**columns, **HOUSING_COLUMN}
         yield RowTable(values["modes"], columns, f"{self.gear_set}, modes")
         title = f"critical speeds to {number(values['max_rpm'], 4)} rpm"
         if len(self.critical) > MAX_SHOWN:
@@ -294,6 +314,8 @@ class CampbellResult(StudyResult):
             largest = values["vibration"]
             yield RowTable(largest["bearings"], BEARING_ROWS, BEARING_TITLE)
             yield RowTable(largest["meshes"], MESH_ROWS, MESH_TITLE)
+            if largest["housing"]:
+                yield RowTable(largest["housing"], HOUSING_ROWS, HOUSING_TITLE)
 
 
 def _end_text(row: Any) -> str:
@@ -312,6 +334,8 @@ MODE_COLUMNS_IN_SPACE: Columns = {
     **MODE_COLUMNS,
     "energy along\naxes [%]": cell("axial_fraction", 3, 100.0),
 }
+
+HOUSING_COLUMN: Columns = {"energy in\nhousing [%]": cell("housing_fraction", 3, 100.0)}
 
 ROLLING_COLUMNS: Columns = {
     "shaft": lambda row: row["shaft"],
@@ -340,6 +364,13 @@ BEARING_ROWS: Columns = {
     "at speed\n[rpm]": cell("radial_force_at_rpm", 5),
     "axial\n[N]": cell("axial_force_rms_N", 4),
     "axial, at\nspeed [rpm]": cell("axial_force_at_rpm", 5),
+}
+
+HOUSING_ROWS: Columns = {
+    "node": lambda row: str(row["node"]),
+    "shaft": lambda row: row["shaft"],
+    "acceleration\n[m/s2]": cell("acceleration_rms_m_per_s2", 4),
+    "at speed\n[rpm]": cell("acceleration_at_rpm", 5),
 }
 
 MESH_ROWS: Columns = {

@@ -15,6 +15,7 @@ from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.leads import require_one_helix
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet, Shaft
+from fegear.gearset.problems import shown
 from fegear.gearset.shaft_bodies import ShaftBody
 from fegear.gearset.shaft_rotors import shaft_rotor
 from fegear.gearset.yielding import missing_thrust_path
@@ -27,6 +28,8 @@ from lumped.rotors.description import (
     RotorError,
     RotorSystem,
 )
+from lumped.rotors.matrices import assemble
+from lumped.rotors.whirl import WhirlProblem
 from lumped.train.coordinates import line_of_action, rolling_sense
 from lumped.train.train import Train
 
@@ -73,9 +76,28 @@ def rotor_system(
             ),
             elements=elements,
             axial_motion=axial_motion,
+            housing=None if gear_set.housing is None else gear_set.housing.housing,
         )
     except RotorError as error:
         raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def whirl_problem(gear_set: GearSet, system: RotorSystem) -> WhirlProblem:
+    """The machine in its modes at rest; InputError where nothing holds its housing."""
+    where = gear_set.name
+    if gear_set.housing is not None:
+        where += f": housing: file = {shown(gear_set.housing.file)}"
+    try:
+        problem = WhirlProblem(assemble(system))
+    except RotorError as error:
+        raise InputError(f"{where}; {error}") from None
+    free = int((problem.squares == 0.0).sum())
+    if gear_set.housing is not None and free:
+        raise InputError(
+            f"{where}; nothing holds {free} motions of the machine; stiffness must have "
+            "the feet of the housing, or nodes leave bearings on ground"
+        )
+    return problem
 
 
 def has_axial_motion(gear_set: GearSet, motion: Motion | None) -> bool:

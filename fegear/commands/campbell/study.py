@@ -29,7 +29,12 @@ from fegear.commands.campbell.rolling import (
     has_rolling_bearings,
     linearised_entries,
 )
-from fegear.commands.campbell.rotors import Motion, has_axial_motion, rotor_system
+from fegear.commands.campbell.rotors import (
+    Motion,
+    has_axial_motion,
+    rotor_system,
+    whirl_problem,
+)
 from fegear.files.errors import InputError
 from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.gearset.lumped_train import train_of
@@ -63,6 +68,7 @@ if TYPE_CHECKING:
     from fegear.statics.machine import MachineAtRest
 
 RPM = 2.0 * math.pi / SECONDS_PER_MINUTE  # rad/s
+ANY_STIFFNESS = 1e8  # N/m, of meshes in a machine that is only checked
 DEFAULT_MODE = 4  # at rest, whose frequency the fastest shaft reaches by default
 VIBRATION = "needs mesh stiffnesses by finite elements and motion in space"
 TABLES = MappingProxyType(
@@ -72,6 +78,8 @@ TABLES = MappingProxyType(
         f"the meshes, {TO_SINGLE_TABLE}; {VIBRATION}.",
         "mesh_forces": "Write RMS forces between the teeth of all meshes over the "
         f"speed {TO_SINGLE_TABLE}; {VIBRATION}.",
+        "housing": "Write RMS accelerations of all nodes of the [housing] over the "
+        f"speed {TO_SINGLE_TABLE}; {VIBRATION}.",
     }
 )
 PICTURES = MappingProxyType(
@@ -80,7 +88,7 @@ PICTURES = MappingProxyType(
         f"{INTO_PICTURE}; {VIBRATION}."
     }
 )
-OF_VIBRATION = "bearing_forces", "mesh_forces", "response"
+OF_VIBRATION = "bearing_forces", "mesh_forces", "housing", "response"
 GEAR_BEARING = re.compile(r"^(gear\..*|defaults)\.bearing_k[xy]_N_per_m$")
 
 
@@ -140,6 +148,13 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         for name in OF_VIBRATION:
             if name in outputs and not self._solves_vibration(self.gear_set.loaded):
                 yield name, "needs {stiffness} fe, {motion} space and plane width"
+        if "housing" in outputs and self.gear_set.loaded.housing is None:
+            yield "housing", "needs a gear set with [housing]"
+
+    @property
+    def announcements(self) -> Iterator[str]:
+        # without the one of commands that leave the housing out
+        yield from gear_set_warnings(replace(self.gear_set.loaded, housing=None))
 
     def tasks(self) -> Iterator[Task]:
         gears = self.gear_set.loaded
@@ -147,23 +162,23 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         yield Task("diagram", partial(self._solve, gears, load))
 
     def _solve(self, gears: GearSet, load: float | None, job: Job) -> CampbellResult:
-        ones = [1.0] * len(gears.meshes)
-        rotor_system(gears, ones, self.elements, self.motion)  # refused early
+        shafts = self.elements, self.motion
+        rolling = bearings_at_rest(gears, load)
+        alike = [ANY_STIFFNESS] * len(gears.meshes)
+        # refused before teeth are solved
+        whirl_problem(gears, rotor_system(gears, alike, *shafts, rolling=rolling))
         variations: list[LoadVariation] = []
         if self._solves_vibration(gears):
             machine = self._machine(gears, load or 0.0, job)
             variations, meshes = _loaded_meshes(machine, job)
             rolling = bearings_at_rest(gears, load, machine.loads_on_gears)
         else:
-            rolling = bearings_at_rest(gears, load)
             is_given = self.stiffness == "given"
             meshes = mean_stiffnesses(gears, load or 0.0, self.excitation, is_given)
         stiffness = [k for k, _ in meshes]
         matrices = [one.stiffness for one in variations]
-        system = rotor_system(
-            gears, stiffness, self.elements, self.motion, matrices, rolling
-        )
-        problem = WhirlProblem(assemble(system))
+        system = rotor_system(gears, stiffness, *shafts, matrices, rolling)
+        problem = whirl_problem(gears, system)
         rpm = np.linspace(0.0, self.max_rpm or default_rpm(problem), self.points)
         speeds = (RPM * rpm).tolist()
         total = len(speeds)
@@ -196,10 +211,12 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             discretisation_error(system, diagram),
             "space" if system.axial_motion else "plane",
             any(mesh.is_helical for mesh in gears.meshes),
-            tuple(warnings_of(gears)),
+            # whose warning is of commands that leave the housing out
+            tuple(warnings_of(replace(gears, housing=None))),
             self._response(gears, system, problem, variations, rpm, job),
             linearised_entries(gears, rolling),
             bool(variations),
+            gears.housing and gears.housing.stated,
         )
 
     def _solves_vibration(self, gears: GearSet) -> bool:

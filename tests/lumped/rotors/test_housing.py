@@ -158,7 +158,7 @@ def test_a_free_block_has_six_frequencies_of_zero():
     alone = WhirlProblem(assemble(replace(ON_GROUND, housing=block)))
     assert (alone.squares == 0.0).sum() == 6
     on_ground = WhirlProblem(assemble(ON_GROUND))
-    assert alone.rigid_motions == 0 != on_ground.rigid_motions
+    assert alone.rigid_motions == on_ground.rigid_motions == 1
     elastic = np.sqrt(on_ground.squares[:6])
     assert np.sqrt(alone.squares[6:12]) == pytest.approx(elastic, rel=1e-9)
 
@@ -179,7 +179,7 @@ def test_a_floating_machine_moves_as_one_body():
     assert np.abs(matrices.stiffness @ body).max() < 1e-9 * matrices.stiffness.max()
     problem = WhirlProblem(matrices)
     # and the shaft rotates in its bearings
-    assert (problem.squares == 0.0).sum() == 7
+    assert (problem.squares == 0.0).sum() + problem.rigid_motions == 7
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -253,7 +253,7 @@ def changed(row, column, value):
 
 
 @pytest.mark.parametrize(
-    "values, message",
+    ("values", "message"),
     [
         ({"stiffness": np.eye(11)}, "stiffness is 11 x 11; must have 6 rows for each"),
         ({"mass": np.eye(13)}, "mass is 13 x 13; must be square, 12 x 12"),
@@ -261,7 +261,7 @@ def changed(row, column, value):
         ({"mass": changed(0, 3, np.nan)}, r"mass\(1, 4\) = nan; must be finite"),
         (
             {"stiffness": changed(0, 3, 1e-3)},
-            r"stiffness\(1, 4\) = 0.001 and stiffness\(4, 1\) = 0; the matrix must be sy",
+            r"stiffness\(1, 4\) = 0.001 and stiffness\(4, 1\) = 0; the matrix must be",
         ),
         (
             {"mass": changed(2, 2, -1.0)},
@@ -285,7 +285,7 @@ def test_small_deviations_of_printed_digits_are_taken():
 
 
 @pytest.mark.parametrize(
-    "node, message",
+    ("node", "message"),
     [
         (HousingNode(1, 0), "rotor index = 1; must be 0 to 0"),
         (HousingNode(0, 2), "bearing index = 2; rotor 0 has 2 bearings"),
