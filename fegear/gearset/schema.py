@@ -885,7 +885,7 @@ class ShaftEntry(Keys):
     rolling_bearings: Entries[MountedBearingEntry] = Field(
         default=(),
         description="Rolling bearings instead of stiffnesses, as many as "
-        "bearing_positions_mm, for shafts at rest.",
+        "bearing_positions_mm; shafts that vibrate have them linearised at rest.",
     )
     disk_positions_mm: Entries[Positions] | None = Field(
         default=None,

@@ -1,8 +1,7 @@
 """Housing as a condensed matrix at bearings, as finite-element programs write it.
 
 Every node has six coordinates; modes of a housing that is held at its nodes (Craig and
-Bampton, AIAA J. 6 (1968) 1313) may follow. Housings do not turn, so that they have
-no gyroscopic forces.
+Bampton 1968) may follow. Housings do not turn, so that they have no gyroscopic forces.
 """
 
 from __future__ import annotations
@@ -147,10 +146,10 @@ def _require_sound(name: str, matrix: Array) -> None:
     allowed = np.maximum(allowed, SYMMETRY_RTOL * np.abs(matrix))
     if (difference > allowed).any():
         row, column = np.unravel_index((difference - allowed).argmax(), matrix.shape)
-        values = matrix[row, column], matrix[column, row]
+        above, below = matrix[row, column], matrix[column, row]
         raise HousingError(
-            f"{name}({row + 1}, {column + 1}) = {values[0]:.9g} and {name}"
-            f"({column + 1}, {row + 1}) = {values[1]:.9g}; the matrix must be symmetric"
+            f"{name}({row + 1}, {column + 1}) = {above:.9g} and {name}"
+            f"({column + 1}, {row + 1}) = {below:.9g}; the matrix must be symmetric"
         )
     values = np.linalg.eigvalsh(_scaled(symmetric(matrix), _unit_scale(matrix)))
     largest = float(np.abs(values).max())

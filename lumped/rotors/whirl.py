@@ -270,8 +270,8 @@ class WhirlProblem:
         if self.system.is_housing.any():
             housing = _products(rates, self._of_housing, rates).real / total
         torsion = 1.0 - energies.real.sum(axis=0) / total - axial - housing
-        shares = (np.clip(one, 0.0, 1.0) for one in (torsion, axial, housing))
-        parts = whirl, rotors, *shares, share
+        torsion, axial, housing = np.clip([torsion, axial, housing], 0.0, 1.0)
+        parts = whirl, rotors, torsion, axial, housing, share
         return WhirlModes(speed, values, states, shapes, *parts, growing)
 
     def _circular(

@@ -94,8 +94,8 @@ def whirl_problem(gear_set: GearSet, system: RotorSystem) -> WhirlProblem:
     free = int((problem.squares == 0.0).sum())
     if gear_set.housing is not None and free:
         raise InputError(
-            f"{where}; nothing holds {free} motions of the machine; stiffness must have "
-            "the feet of the housing, or nodes leave bearings on ground"
+            f"{where}; nothing holds {free} motions of the machine; stiffness must "
+            "have the feet of the housing, or nodes leave bearings on ground"
         )
     return problem
 

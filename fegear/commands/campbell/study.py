@@ -164,9 +164,9 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
     def _solve(self, gears: GearSet, load: float | None, job: Job) -> CampbellResult:
         shafts = self.elements, self.motion
         rolling = bearings_at_rest(gears, load)
-        alike = [ANY_STIFFNESS] * len(gears.meshes)
+        stiffnesses = [ANY_STIFFNESS] * len(gears.meshes)
         # refused before teeth are solved
-        whirl_problem(gears, rotor_system(gears, alike, *shafts, rolling=rolling))
+        whirl_problem(gears, rotor_system(gears, stiffnesses, *shafts, rolling=rolling))
         variations: list[LoadVariation] = []
         if self._solves_vibration(gears):
             machine = self._machine(gears, load or 0.0, job)
@@ -216,7 +216,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             self._response(gears, system, problem, variations, rpm, job),
             linearised_entries(gears, rolling),
             bool(variations),
-            gears.housing and gears.housing.stated,
+            None if gears.housing is None else gears.housing.stated,
         )
 
     def _solves_vibration(self, gears: GearSet) -> bool:
