@@ -32,6 +32,8 @@ def rotating_frame(system: RotorSystem) -> GyroscopicSystem:
             f"{len(system.rotors)} rotors and {len(system.meshes)} meshes; a frame "
             "turns with one rotor"
         )
+    if system.housing is not None:
+        raise RotorError("a housing does not turn; bearings must be on ground")
     (rotor,) = system.rotors
     for bearing in rotor.bearings:
         if not is_isotropic(bearing):

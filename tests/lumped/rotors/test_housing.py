@@ -25,6 +25,7 @@ from lumped.rotors.description import (
     RotorSystem,
     Section,
 )
+from lumped.rotors.frames import rotating_frame
 from lumped.rotors.housing import Housing, HousingError, HousingNode
 from lumped.rotors.matrices import assemble
 from lumped.rotors.response import (
@@ -301,3 +302,9 @@ def test_a_motion_without_stiffness_and_mass_is_refused():
     housing = housing_of(stiffness=1e8 * idle, mass=idle)
     with pytest.raises(RotorError, match="neither stiffness nor mass"):
         WhirlProblem(assemble(replace(ON_GROUND, housing=housing)))
+
+
+def test_a_frame_that_turns_has_no_housing():
+    system = replace(ON_GROUND, housing=housing_of())
+    with pytest.raises(RotorError, match="a housing does not turn"):
+        rotating_frame(system)
