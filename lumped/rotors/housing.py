@@ -22,8 +22,9 @@ HOUSING_Z = 2
 # coordinates of a node of a shaft, and those of a housing that move a bearing likewise
 IN_HOUSING = {X: 0, Y: 1, TILT_X: 3, TILT_Y: 4}
 SYMMETRY_RTOL = 1e-8  # of the largest value, which programs that print digits leave
+ROUND_OFF_RTOL = 1e-14  # of the largest value, that is no stiffness or mass
 DEFINITE_RTOL = 1e-9  # of the largest eigenvalue, that is round-off
-MASSLESS_RTOL = 1e-12  # of the largest modal mass of a rigid motion
+MASSLESS_RTOL = 1e-12  # of the largest mass of a coordinate
 
 
 class HousingError(ValueError):
@@ -109,7 +110,9 @@ def massive_null_motions(stiffness: Array, mass: Array) -> Array:
     free = np.abs(values) <= DEFINITE_RTOL * values.max(initial=0.0)
     motions = scale[:, None] * shapes[:, free]
     masses, parts = np.linalg.eigh(motions.T @ mass @ motions)
-    has_mass = masses > MASSLESS_RTOL * masses.max(initial=0.0)
+    # that all coordinates would have if each were as large as any
+    largest = float((scale**2 * np.abs(np.diag(mass))).max(initial=0.0))
+    has_mass = masses > MASSLESS_RTOL * largest
     return np.asarray(motions @ parts[:, has_mass])
 
 
@@ -123,9 +126,11 @@ def _shape_text(matrix: Array) -> str:
 
 
 def _unit_scale(matrix: Array) -> Array:
-    """Factors (n,) on coordinates that make the diagonal 1, or leave it at 0."""
+    """Factors (n,) on coordinates that make the diagonal 1, or round-off of 1."""
     diagonal = np.diag(matrix)
-    return 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    largest = np.abs(matrix).max(initial=0.0) or 1.0
+    counts = diagonal > ROUND_OFF_RTOL * largest
+    return np.asarray(1.0 / np.sqrt(np.where(counts, diagonal, largest)))
 
 
 def _scaled(matrix: Array, scale: Array) -> Array:
@@ -142,8 +147,8 @@ def _require_sound(name: str, matrix: Array) -> None:
     difference = np.abs(matrix - matrix.T)
     # of coordinates with different units, by their stiffness or mass
     diagonal = np.sqrt(np.maximum(np.diag(matrix), 0.0))
-    allowed = SYMMETRY_RTOL * np.outer(diagonal, diagonal)
-    allowed = np.maximum(allowed, SYMMETRY_RTOL * np.abs(matrix))
+    allowed = SYMMETRY_RTOL * np.maximum(np.outer(diagonal, diagonal), np.abs(matrix))
+    allowed = np.maximum(allowed, ROUND_OFF_RTOL * np.abs(matrix).max())
     if (difference > allowed).any():
         row, column = np.unravel_index((difference - allowed).argmax(), matrix.shape)
         above, below = matrix[row, column], matrix[column, row]

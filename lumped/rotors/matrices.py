@@ -43,7 +43,7 @@ from lumped.rotors.description import (
     Section,
 )
 from lumped.rotors.gyroscopic import GyroscopicSystem, node_at
-from lumped.rotors.housing import Housing, symmetric
+from lumped.rotors.housing import ROUND_OFF_RTOL, Housing, symmetric
 from lumped.rotors.mesh_springs import mesh_matrix
 
 
@@ -104,6 +104,7 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
     for number, mesh in enumerate(system.meshes):
         result.mesh_stiffness[number] = mesh_matrix(result, mesh)
         result.stiffness[:] += result.mesh_stiffness[number]
+    _hold_idle_coordinates(result)
     return result
 
 
@@ -113,6 +114,20 @@ def _add_housing(result: GyroscopicSystem, housing: Housing) -> None:
     result.stiffness[at] += result.housing_stiffness
     if housing.damping is not None:
         result.damping[at] += symmetric(housing.damping)
+
+
+def _hold_idle_coordinates(result: GyroscopicSystem) -> None:
+    """Hold coordinates of the housing that have neither stiffness nor mass.
+
+    They move nothing, but would make matrices singular. Round-off is neither.
+    """
+    idle = result.is_housing
+    for matrix in (result.stiffness, result.mass):
+        largest = np.abs(matrix).max()
+        idle = idle & (np.abs(matrix).max(axis=1) <= ROUND_OFF_RTOL * largest)
+    for matrix in (result.stiffness, result.mass, result.damping):
+        matrix[idle] = matrix[:, idle] = 0.0
+    result.stiffness[idle, idle] = np.abs(result.stiffness).max()
 
 
 def _gear_positions(system: RotorSystem, rotor: int) -> list[float]:

@@ -18,7 +18,6 @@ from lumped.rotors.housing import massive_null_motions
 
 NULL_RTOL = 1e-13  # stiffness against a rigid motion over the largest one
 MIN_INVERSE = 1e-9  # inverse of the square of a frequency over the largest one
-MAX_SHIFTS = 60  # by factors of 10, that make a stiffness definite
 MIN_OVERLAP = 0.5  # of a mode with rigid motions, which is 0 or 1
 
 
@@ -33,7 +32,9 @@ def modes_at_rest(system: GyroscopicSystem) -> tuple[Array, Array]:
     momenta = system.mass @ rigid
     stiffness = 0.5 * (system.stiffness + system.stiffness.T)
     stiffness += level * momenta @ momenta.T
-    inverses, shapes, shift = _definite_modes(system.mass, stiffness, level)
+    inverses, shapes, shift = _definite_modes(
+        system.mass, stiffness, level, system.shaft_size
+    )
     low = inverses > MIN_INVERSE * inverses.max()
     inverses, shapes = inverses[low], shapes[:, low]
     shapes /= np.sqrt(inverses)
@@ -45,18 +46,35 @@ def modes_at_rest(system: GyroscopicSystem) -> tuple[Array, Array]:
 
 
 def _definite_modes(
-    mass: Array, stiffness: Array, level: float
+    mass: Array, stiffness: Array, level: float, shaft_size: int
 ) -> tuple[Array, Array, float]:
     """Eigenvalues of M x = mu (K + shift M) x, with a shift where K is not definite."""
     shift = 0.0
-    for _ in range(MAX_SHIFTS):
+    while True:
         try:
             values, shapes = eigh(mass, stiffness + shift * mass)
         except np.linalg.LinAlgError:
+            if not shift:
+                both = stiffness + level * mass
+                _require_regular(both[shaft_size:, shaft_size:])
             shift = max(level, 10.0 * shift)
             continue
         return values, shapes, shift
-    raise RotorError("a motion has neither stiffness nor mass; parts need one of them")
+
+
+def _require_regular(both: Array) -> None:
+    """Raise RotorError for a motion with neither stiffness nor mass.
+
+    both : stiffness and some factor times the mass (h, h) of a housing; shafts have
+        mass in all motions
+    """
+    diagonal = np.abs(np.diag(both))
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    values = np.linalg.eigvalsh(scale[:, None] * both * scale)
+    if np.abs(values).min(initial=1.0) <= NULL_RTOL:
+        raise RotorError(
+            "a motion of the housing has neither stiffness nor mass; one is needed"
+        )
 
 
 def rigid_motions(system: GyroscopicSystem) -> Array:

@@ -285,6 +285,25 @@ def test_small_deviations_of_printed_digits_are_taken():
     assert problem.is_hermitian
 
 
+@pytest.mark.parametrize("noise", [0.0, 1e-6])
+def test_coordinates_without_stiffness_and_mass_do_nothing(noise):
+    """Solid elements have no rotations, and condensed matrices few exact zeros."""
+    rng = np.random.default_rng(101)
+    held = np.diag(np.tile([1e10, 2e10, 1e10, 0.0, 0.0, 0.0], 2))
+    rough = held + noise * rng.normal(size=held.shape)
+    nodes = bearing_nodes(ON_GROUND)
+    housing = Housing(stiffness=rough, mass=1e-9 * held, nodes=nodes)
+    # bearings on rings that turn freely are hinges
+    bearings = tuple(replace(one, tilt_stiffness=0.0) for one in ROTOR.bearings)
+    hinges = replace(ON_GROUND, rotors=(replace(ROTOR, bearings=bearings),))
+    of_rotations = np.diag(np.tile([0.0, 0.0, 0.0, 1e5, 1e5, 1e5], 2))
+    full = Housing(stiffness=held + of_rotations, mass=1e-9 * held, nodes=nodes)
+    expected = frequencies(replace(hinges, housing=full))
+    for system in (hinges, ON_GROUND):
+        solved = frequencies(replace(system, housing=housing))
+        assert solved == pytest.approx(expected, rel=1e-8)
+
+
 @pytest.mark.parametrize(
     ("node", "message"),
     [
@@ -298,8 +317,9 @@ def test_bearings_that_no_rotor_has_are_refused(node, message):
 
 
 def test_a_motion_without_stiffness_and_mass_is_refused():
-    idle = np.diag([1.0] * 11 + [0.0])
-    housing = housing_of(stiffness=1e8 * idle, mass=idle)
+    pair = np.eye(12)
+    pair[10:, 10:] = 1.0  # the difference of both has neither
+    housing = housing_of(stiffness=1e8 * pair, mass=pair)
     with pytest.raises(RotorError, match="neither stiffness nor mass"):
         WhirlProblem(assemble(replace(ON_GROUND, housing=housing)))
 
