@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 Tables = dict[str, Any]
@@ -117,11 +118,16 @@ BENT = PAIR | {
         for name in ("a", "b")
     ]
 }
+HOUSED = BENT | {
+    "defaults": BENT["defaults"] | {"helix_angle_deg": 18.0},
+    "housing": {"file": str(Path(__file__).parent / "housings/two-shafts.mat")},
+}
 SETS = {
     "pair": PAIR,
     "train": TRAIN,
     "rolling": ROLLING,
     "two-bearings": TWO_BEARINGS,
     "bent": BENT,
+    "housed": HOUSED,
     "planetary": PLANETARY,
 }

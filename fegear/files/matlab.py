@@ -15,12 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.files.errors import InputError
+from fegear.files.errors import InputError, refused_foreign_errors
+from fegear.files.mat_elements import require_sound_sizes
 from fegear.files.output import write_bytes
 from fegear.files.version import package_version
 
 LONGEST_NAME = 63  # letters, namelengthmax of MATLAB
 DESCRIPTION = 116  # bytes at the start of a file, where SciPy writes the date
+HDF5_START = b"\x89HDF\r\n\x1a\n"
+MAT_73_START = b"MATLAB 7.3"
 NO_LETTER = re.compile(r"[^A-Za-z0-9_]")
 KEYWORDS = frozenset(
     (
@@ -64,6 +67,27 @@ def text_cells(rows: Sequence[Sequence[str]]) -> NDArray[Any]:
     for index in np.ndindex(cells.shape):
         cells[index] = rows[index[0]][index[1]]
     return cells
+
+
+def is_hdf5(content: bytes) -> bool:
+    """Whether a content is an HDF5 file, or a MAT file of version 7.3, which is one."""
+    return content.startswith((MAT_73_START, HDF5_START))
+
+
+def read_matlab(content: bytes, path: str) -> dict[str, Any]:
+    """Variables of a MAT file up to version 7 as SciPy reads them, structs as records.
+
+    Raises InputError for a damaged file, and for one that is HDF5.
+    """
+    from scipy.io import loadmat
+
+    if is_hdf5(content):
+        raise InputError(f"{path}: is HDF5; save it as version 7, save -v7")
+    stream: Any = io.BytesIO(content)
+    with refused_foreign_errors(path, "MAT file"):
+        require_sound_sizes(content, path)
+        variables = loadmat(stream, struct_as_record=True)
+    return {name: v for name, v in variables.items() if not name.startswith("__")}
 
 
 def write_matlab(path: Path, variables: Mapping[str, Any]) -> None:

@@ -13,6 +13,7 @@ from fegear.gearset.faults.building import faults_of
 from fegear.gearset.faults.checks import require_running
 from fegear.gearset.faults.keys import is_uneven
 from fegear.gearset.helix import hand_inferences, hands
+from fegear.gearset.housing_keys import housing_file
 from fegear.gearset.leads import leads_by_key, misalignment, require_faces
 from fegear.gearset.materials import NamedMaterial, materials
 from fegear.gearset.model import Gear, GearSet, Mesh, Shaft
@@ -75,6 +76,10 @@ def _build_gear_set(document: Document, folder: Path) -> GearSet:
         for number, (blank, gear) in enumerate(zip(blanks, geometries, strict=True))
     )
     distances = [mesh_spacing.center_distance for mesh_spacing in spacings]
+    bodies = [
+        shaft_body(shaft, f"shaft {number}")
+        for number, shaft in enumerate(document.shaft, 1)
+    ]
     gear_set = GearSet(
         name=document.name,
         description=document.description,
@@ -84,9 +89,9 @@ def _build_gear_set(document: Document, folder: Path) -> GearSet:
             Shaft(
                 gears=tuple(index_of_name[name] for name in shaft.gears),
                 stiffness=shaft.stiffness_Nm_per_rad,
-                body=shaft_body(shaft, f"shaft {number}"),
+                body=body,
             )
-            for number, shaft in enumerate(document.shaft, 1)
+            for shaft, body in zip(document.shaft, bodies, strict=True)
         ),
         damping_ratio=document.dynamics.damping_ratio,
         inferences=(
@@ -97,6 +102,7 @@ def _build_gear_set(document: Document, folder: Path) -> GearSet:
             *torque_inferences(document),
         ),
         carrier=carrier_of(document, gears, distances),
+        housing=housing_file(document.housing, bodies, folder),
     )
     require_faces(gear_set)
     require_outside_torque(gear_set)

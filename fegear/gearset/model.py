@@ -10,6 +10,7 @@ from typing import Any
 from fegear.files.errors import InputError
 from fegear.gearset.faults.tooth_faults import NO_FAULTS, Faults
 from fegear.gearset.field_checks import require_fields, require_positive, require_within
+from fegear.gearset.housing import HousingFile
 from fegear.gearset.modifications import UNMODIFIED, FlankModifications, Flanks
 from fegear.gearset.planes import DEFAULT_PLANE, Plane
 from fegear.gearset.planetary.members import Member, Members
@@ -266,6 +267,8 @@ class GearSet(ShortRepr):
         Sentences on what the file did not give and how it was inferred.
     carrier : fegear.gearset.model.PlanetCarrier or None, optional
         Carrier of the planets of a planetary set.
+    housing : fegear.gearset.housing.HousingFile or None, optional
+        Housing that holds bearings of the shafts.
     origin : fegear.gearset.model.Origin or None, optional
         Where it was read, with what was changed; no part of what it is.
 
@@ -290,6 +293,7 @@ class GearSet(ShortRepr):
     damping_ratio: float | None = None
     inferences: tuple[str, ...] = ()
     carrier: PlanetCarrier | None = None
+    housing: HousingFile | None = None
     origin: Origin | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:

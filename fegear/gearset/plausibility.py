@@ -8,6 +8,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from fegear.files.codes import with_code
+from fegear.gearset.housing import housing_warnings
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.placing import layout
 from meshes.internal import InternalGear
@@ -31,8 +32,8 @@ MAX_SHIFT = 1.5  # the same of its profile shift
 
 
 def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
-    """A line for each value of a gear set that cannot be meant, and each undercut that
-    shortens a path of contact.
+    """A line for each value of a gear set that cannot be meant, each undercut that
+    shortens a path of contact, and a housing.
     """
     for gear in gear_set.gears:
         yield from _material_warnings(gear)
@@ -42,6 +43,7 @@ def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
     for number, mesh in enumerate(gear_set.meshes, start=1):
         yield from undercut_warnings(number, mesh.pair)
     yield from _backlash_warnings(gear_set)
+    yield from housing_warnings(gear_set.housing)
 
 
 def _thickness_warnings(gear: Gear) -> Iterator[str]:

@@ -89,9 +89,8 @@ def load_tables(name_or_path: str, edits: Mapping[str, Any]) -> dict[str, Any]:
 
 def files_of_gear_set(name_or_path: str, edits: Mapping[str, Any]) -> list[str]:
     """Paths of the files that a gear set names, with some values set."""
-    return [
-        flank["file"] for flank in _measured_flanks(load_tables(name_or_path, edits))
-    ]
+    tables = load_tables(name_or_path, edits)
+    return [table["file"] for table in _tables_with_file(tables)]
 
 
 def relative_tables(tables: Mapping[str, Any], path: Path) -> dict[str, Any]:
@@ -111,20 +110,23 @@ def relative_tables(tables: Mapping[str, Any], path: Path) -> dict[str, Any]:
 def _with_changed_paths(
     tables: dict[str, Any], change_path: Callable[[str], str]
 ) -> dict[str, Any]:
-    """Change the names of the files with measured flanks in tables."""
-    for flank in _measured_flanks(tables):
-        flank["file"] = change_path(flank["file"])
+    """Change the names of the files that tables name."""
+    for table in _tables_with_file(tables):
+        table["file"] = change_path(table["file"])
     return tables
 
 
-def _measured_flanks(tables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    """Profiles and topographies with a file, also in tables that are not checked."""
+def _tables_with_file(tables: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Profiles, topographies and a housing with a file, also where none is checked."""
     meshes = tables.get("mesh")
-    for mesh in meshes if isinstance(meshes, list) else ():
-        for key in MEASURED_KEYS if isinstance(mesh, dict) else ():
-            flank = mesh.get(key)
-            if isinstance(flank, dict) and isinstance(flank.get("file"), str):
-                yield flank
+    candidates = [
+        mesh.get(key)
+        for mesh in (meshes if isinstance(meshes, list) else ())
+        for key in (MEASURED_KEYS if isinstance(mesh, dict) else ())
+    ]
+    for table in (*candidates, tables.get("housing")):
+        if isinstance(table, dict) and isinstance(table.get("file"), str):
+            yield table
 
 
 def _folder_of(name: str) -> Path:

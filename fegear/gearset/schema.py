@@ -892,7 +892,7 @@ class ShaftEntry(Keys):
     rolling_bearings: Entries[MountedBearingEntry] = Field(
         default=(),
         description="Rolling bearings instead of stiffnesses, as many as "
-        "bearing_positions_mm, for shafts at rest.",
+        "bearing_positions_mm; shafts that vibrate have them linearised at rest.",
     )
     disk_positions_mm: Entries[Positions] | None = Field(
         default=None,
@@ -1092,6 +1092,19 @@ class LoadEntry(Keys):
     ] = Field(description="Torques on the input gear.")
 
 
+class HousingEntry(Keys):
+    """[housing]: matrices of a housing that holds bearings, for `fegear campbell`."""
+
+    file: Annotated[str, Field(min_length=1)] = Field(
+        description="MAT file up to version 7 with stiffness and mass, n x n in SI "
+        "units, nodes, b x 2 numbers of shaft and bearing from 1, and damping where it "
+        "has some. Every node has six coordinates: displacements along x, y and z and "
+        "rotations about them; coordinates of modes may follow. A node 0, k is a "
+        "further one; bearings that no node names stay on ground. The file is beside "
+        "the gear-set file unless its path is absolute.",
+    )
+
+
 class DynamicsEntry(Keys):
     """[dynamics]: what a lumped model needs in addition to the parts."""
 
@@ -1135,6 +1148,9 @@ class Document(Keys):
         description="Pairs of gears in mesh."
     )
     shaft: Entries[ShaftEntry] = Field(default=(), description="Gears on one axis.")
+    housing: HousingEntry | None = Field(
+        default=None, description="Housing that holds the bearings of shafts."
+    )
     load: LoadEntry | None = Field(default=None, description="Torque cases.")
     dynamics: DynamicsEntry = Field(
         default=DynamicsEntry(), description="Damping of lumped models."

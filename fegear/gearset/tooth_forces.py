@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.model import GearSet
 from fegear.gearset.placing import layout
+from fegear.gearset.power_path import mesh_torques_at
 from lumped.common.short_repr import ShortRepr
 
 
@@ -133,6 +134,32 @@ def _forces_of_mesh(
 def _wrapped(angle: float) -> float:
     """The angle from 0 to below a whole turn [rad]."""
     return angle % (2.0 * math.pi)
+
+
+def loads_on_gears(
+    gear_set: GearSet, torque: float, has_thrust: bool = True
+) -> NDArray[np.float64]:
+    """Sums of the forces (g, 5) on all gears in the middle of their widths.
+
+    They are along x, along y and toward the far end [N], and the moments that tilt the
+    far end toward x and toward y [N m].
+
+    torque : on the input gear [N m]
+    has_thrust : whether helical gears push along the axis
+    """
+    meshes = tuple(
+        replace(mesh, torques=(one,))
+        for mesh, one in zip(
+            gear_set.meshes, mesh_torques_at(gear_set, torque), strict=True
+        )
+    )
+    loads = np.zeros((len(gear_set.gears), 5))
+    for force in tooth_forces(replace(gear_set, meshes=meshes)):
+        if not has_thrust:
+            force = replace(force, axial=(0.0,))
+        tilting = _tilting_moments(gear_set, force)
+        loads[force.gear] += np.concatenate([force.vectors[0], tilting[0]])
+    return loads
 
 
 def axis_forces(gear_set: GearSet, forces: list[ForceOnGear]) -> Iterator[AxisForce]:

@@ -178,7 +178,7 @@ def yielding_axes(gear_set: GearSet) -> YieldingAxes:
         compliance=np.zeros((count, MOTIONS, count, MOTIONS)),
         frames=_frames(gear_set),
         offset=np.zeros((count, MOTIONS)),
-        rolling=_rolling_shafts(gear_set),
+        rolling=rolling_shafts(gear_set),
     )
     for index, shaft in yielding_shafts(gear_set):
         if shaft.body is None or index in axes.rolling:
@@ -203,7 +203,7 @@ def require_thrust_on_bearings(gear_set: GearSet, torques: Sequence[float]) -> N
 
     torques : on the drivers of all meshes [N m]
     """
-    for shaft in _rolling_shafts(gear_set).values():
+    for shaft in rolling_shafts(gear_set).values():
         axial = [
             sign * axial_force_on_driver(gear_set, mesh, torque)
             for mesh, torque in enumerate(torques)
@@ -216,7 +216,7 @@ def require_thrust_on_bearings(gear_set: GearSet, torques: Sequence[float]) -> N
             raise InputError(f"{gear_set.name}: {error}") from None
 
 
-def _rolling_shafts(gear_set: GearSet) -> dict[int, RollingShaft]:
+def rolling_shafts(gear_set: GearSet) -> dict[int, RollingShaft]:
     """Shafts on rolling bearings by index; InputError for one that is no beam."""
     shafts = {}
     for index, shaft in yielding_shafts(gear_set):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError, refused_foreign_errors
 from fegear.files.hdf5_groups import read_group
-from fegear.files.mat_elements import require_sound_sizes
+from fegear.files.matlab import is_hdf5, read_matlab
 from fegear.files.output import (
     HDF5_NEEDED,
     has_package,
@@ -36,9 +36,7 @@ from lumped.train.table import (
 
 Tree = Mapping[str, Any]  # of arrays, texts and further trees
 Parts = tuple[Tree, Tree | None]  # the top of a file, and what has the columns
-HDF5_START = b"\x89HDF\r\n\x1a\n"
 MAX_SIZE = 1e30  # of a number: products of a few stay in the range of doubles
-MAT_73_START = b"MATLAB 7.3"
 
 
 def read_mesh_table(path: str) -> MeshTable:
@@ -148,16 +146,11 @@ def _is_entry(row: Any) -> bool:
 
 
 def _read_mat(content: bytes, path: str) -> Parts:
-    from scipy.io import loadmat
-
-    if content.startswith((MAT_73_START, HDF5_START)):
+    if is_hdf5(content):
         return _read_hdf5(content, path)
-    stream: Any = io.BytesIO(content)
+    variables = read_matlab(content, path)
     with refused_foreign_errors(path, "MAT file"):
-        require_sound_sizes(content, path)
-        held = loadmat(stream, struct_as_record=True)
-        names = (name for name in held if not name.startswith("__"))
-        return _top_and_holder({name: _mat_part(held[name]) for name in names})
+        return _top_and_holder({n: _mat_part(v) for n, v in variables.items()})
 
 
 def _mat_part(value: Any) -> Any:
@@ -187,7 +180,7 @@ def _read_hdf5(content: bytes, path: str) -> Parts:
 def _read_netcdf(content: bytes, path: str) -> Parts:
     from scipy.io import netcdf_file
 
-    if content.startswith(HDF5_START):  # version 4 of the format
+    if is_hdf5(content):  # version 4 of the format
         return _read_hdf5(content, path)
     with (
         refused_foreign_errors(path, "NetCDF file"),

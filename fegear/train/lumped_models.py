@@ -77,10 +77,10 @@ def lumped_system(
     source = excitations or model.excitations
     require_model(gear_set, model, source)
     if model.motion == "space" and isinstance(source, Excitations):
-        from fegear.train.space import standing_meshes, system_in_space
+        from fegear.train.space import loaded_machine, system_in_space
 
-        meshes = standing_meshes(gear_set, torque, source.settings)
-        return system_in_space(gear_set, torque, meshes, model.damping_ratio)
+        machine = loaded_machine(gear_set, torque, source.settings)
+        return system_in_space(gear_set, machine, model.damping_ratio)
     contact_source = None
     if model.number == "coupled":
         contact_source = contact_source_of(gear_set, model, source)

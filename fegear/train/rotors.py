@@ -14,9 +14,11 @@ from fegear.gearset.inertia import inertia_of, mass_of
 from fegear.gearset.leads import require_one_helix
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import Gear, GearSet, Shaft
+from fegear.gearset.problems import shown
 from fegear.gearset.shaft_bodies import ShaftBody
 from fegear.gearset.shaft_rotors import shaft_rotor
 from fegear.gearset.yielding import missing_thrust_path
+from fegear.train.rolling_bearings import NO_BEARINGS, LinearisedBearings
 from lumped.common.array_types import Array
 from lumped.rotors.description import (
     Bearing,
@@ -26,6 +28,8 @@ from lumped.rotors.description import (
     RotorError,
     RotorSystem,
 )
+from lumped.rotors.matrices import assemble
+from lumped.rotors.whirl import WhirlProblem
 from lumped.train.coordinates import line_of_action, rolling_sense
 from lumped.train.train import Train
 
@@ -38,6 +42,7 @@ def rotor_system(
     elements: int,
     motion: Motion | None = None,
     matrices: Sequence[Array] = (),
+    rolling: LinearisedBearings = NO_BEARINGS,
 ) -> RotorSystem:
     """Shafts, gears, bearings and meshes; InputError where a shaft is not described.
 
@@ -46,6 +51,7 @@ def rotor_system(
     motion : see `has_axial_motion`
     matrices : of every mesh, see `MeshSpring.matrix`; none where stiffnesses are spread
         evenly over the planes of action
+    rolling : bearings of shafts on rolling bearings, by the shaft's index
     """
     require_nominal(gear_set, "shafts that bend")
     require_one_helix(gear_set, "shafts that bend")
@@ -55,8 +61,10 @@ def rotor_system(
     try:
         return RotorSystem(
             rotors=tuple(
-                _rotor(gear_set, train, shaft, body)
-                for shaft, body in zip(gear_set.shafts, bodies, strict=True)
+                _rotor(gear_set, train, (shaft, body), rolling.get(index, ()))
+                for index, (shaft, body) in enumerate(
+                    zip(gear_set.shafts, bodies, strict=True)
+                )
             ),
             meshes=tuple(
                 replace(mesh, **_in_space(gear_set, number, matrices))
@@ -68,9 +76,28 @@ def rotor_system(
             ),
             elements=elements,
             axial_motion=axial_motion,
+            housing=None if gear_set.housing is None else gear_set.housing.housing,
         )
     except RotorError as error:
         raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def whirl_problem(gear_set: GearSet, system: RotorSystem) -> WhirlProblem:
+    """The machine in its modes at rest; InputError where nothing holds its housing."""
+    where = gear_set.name
+    if gear_set.housing is not None:
+        where += f": housing: file = {shown(gear_set.housing.file)}"
+    try:
+        problem = WhirlProblem(assemble(system))
+    except RotorError as error:
+        raise InputError(f"{where}; {error}") from None
+    free = int((problem.squares == 0.0).sum())
+    if gear_set.housing is not None and free:
+        raise InputError(
+            f"{where}; nothing holds {free} motions of the machine; stiffness must "
+            "have the feet of the housing, or nodes leave bearings on ground"
+        )
+    return problem
 
 
 def has_axial_motion(gear_set: GearSet, motion: Motion | None) -> bool:
@@ -103,11 +130,6 @@ def require_bodies(gear_set: GearSet) -> list[ShaftBody]:
             )
     bodies = [shaft.body for shaft in gear_set.shafts if shaft.body]
     for number, body in enumerate(bodies, start=1):
-        if body.mounted_bearings:
-            raise InputError(
-                f"{gear_set.name}: shaft {number}: rolling_bearings; shafts that spin "
-                "need linear bearings, bearing_kx_N_per_m and bearing_ky_N_per_m"
-            )
         if len({bearing.position for bearing in body.bearings}) < 2:
             raise InputError(
                 f"{gear_set.name}: shaft {number}: bearing_positions_mm has "
@@ -122,7 +144,13 @@ def transverse_inertia(gear: Gear) -> float:
     return 0.5 * inertia_of(gear) + mass_of(gear) * gear.face_width**2 / 12.0
 
 
-def _rotor(gear_set: GearSet, train: Train, shaft: Shaft, body: ShaftBody) -> Rotor:
+def _rotor(
+    gear_set: GearSet,
+    train: Train,
+    on_body: tuple[Shaft, ShaftBody],
+    rolling: tuple[Bearing, ...],
+) -> Rotor:
+    shaft, body = on_body
     gears = [gear_set.gears[index] for index in shaft.gears]
     wheels = [
         Disk(
@@ -156,7 +184,7 @@ def _rotor(gear_set: GearSet, train: Train, shaft: Shaft, body: ShaftBody) -> Ro
     return replace(
         bare,
         disks=(*wheels, *disks),
-        bearings=(*bare.bearings, *springs),
+        bearings=(*bare.bearings, *rolling, *springs),
         speed_ratio=float(train.speeds[shaft.gears[0]]),
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -13,8 +12,9 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.load_variation import StandingMesh, standing_mesh
-from fegear.statics.machine import machine_at_rest
-from fegear.train.rotors import rotor_system
+from fegear.statics.machine import MachineAtRest, machine_at_rest
+from fegear.train.rolling_bearings import bearings_at_rest
+from fegear.train.rotors import rotor_system, whirl_problem
 from lumped.common.progress import Progress, silent
 from lumped.rotors.description import MeshSpring
 from lumped.train.bodies import TrainError
@@ -26,28 +26,33 @@ POSITIONS = 64  # of a mesh cycle, at which its loads are solved
 ELEMENTS = 12  # of a shaft, at least
 
 
-def standing_meshes(
+def loaded_machine(
     gear_set: GearSet,
     torque: float,
     excitation: ExcitationSettings,
     report: Progress = silent,
-) -> list[StandingMesh]:
-    """Loads of all meshes over their cycles at a torque on the input gear [N m].
+) -> MachineAtRest:
+    """All meshes at rest on shafts that yield, at a torque on the input gear [N m].
 
     Raises InputError for a mesh without torque.
     """
-    torques = mesh_torques_at(gear_set, torque)
-    for number, on_mesh in enumerate(torques, start=1):
+    for number, on_mesh in enumerate(mesh_torques_at(gear_set, torque), start=1):
         if not on_mesh:
             raise InputError(
                 f"{gear_set.name}: mesh {number} has no torque; every mesh needs one "
                 "for the stiffness of teeth in contact"
             )
     statics = replace(excitation.statics, shafts=None)
-    machine = machine_at_rest(statics.on_shafts(gear_set), torque, statics, report)
+    return machine_at_rest(statics.on_shafts(gear_set), torque, statics, report)
+
+
+def standing_meshes(
+    machine: MachineAtRest, report: Progress = silent
+) -> list[StandingMesh]:
+    """Loads of all meshes over their cycles."""
     meshes = []
-    for mesh in range(len(torques)):
-        report("loads of teeth", mesh, len(torques))
+    for mesh in range(len(machine.problems)):
+        report("loads of teeth", mesh, len(machine.problems))
         meshes.append(standing_mesh(machine, mesh, POSITIONS))
     return meshes
 
@@ -61,18 +66,20 @@ def law_of(mesh: MeshSpring, standing: StandingMesh) -> WidthLaw:
 
 def system_in_space(
     gear_set: GearSet,
-    torque: float,
-    meshes: Sequence[StandingMesh],
+    machine: MachineAtRest,
     damping_ratio: float | None = None,
+    report: Progress = silent,
 ) -> LumpedSystem:
     """The lumped system of gears that move in space.
 
-    torque : on the input gear [N m]
-    meshes : loads of all meshes at this torque
+    machine : at rest at its torque, see `loaded_machine`
     damping_ratio : of every mode, in place of the gear set's
     """
+    torque, meshes = machine.torque, standing_meshes(machine, report)
+    rolling = bearings_at_rest(gear_set, torque, machine.loads_on_gears)
     ones = [1.0] * len(meshes)
-    bare = rotor_system(gear_set, ones, ELEMENTS, "space")
+    bare = rotor_system(gear_set, ones, ELEMENTS, "space", rolling=rolling)
+    whirl_problem(gear_set, bare)  # refused where nothing holds a housing
     laws = [law_of(*pair) for pair in zip(bare.meshes, meshes, strict=True)]
     springs = map(with_mean_matrix, bare.meshes, laws)
     train = train_of(gear_set, torque, damping_ratio=damping_ratio)

@@ -22,6 +22,7 @@ KIND_COLORS: dict[ModeKind, str] = {
     "planar": "tab:green",
     "torsion": "tab:purple",
     "axial": "tab:brown",
+    "housing": "tab:olive",
 }
 ORDER_STYLES = "-", "--", "-.", ":"
 UNSTABLE_COLOR = "tab:orange"
@@ -52,6 +53,7 @@ class CampbellCurves:
     whirl: Array
     torsion: Array
     axial: Array
+    housing: Array
     mesh_energy: Array
 
     @property
@@ -62,7 +64,7 @@ class CampbellCurves:
     def kind(self, mode: int) -> ModeKind:
         """Kind of a mode at the highest speed that it has."""
         last = int(np.flatnonzero(np.isfinite(self.frequency_Hz[:, mode])).max())
-        parts = self.whirl, self.torsion, self.axial
+        parts = self.whirl, self.torsion, self.axial, self.housing
         return mode_kind(*(float(part[last, mode]) for part in parts))
 
 

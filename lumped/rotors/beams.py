@@ -123,3 +123,10 @@ def linear_matrices(length: float) -> tuple[Array, Array]:
     stiffness = np.array([[1.0, -1.0], [-1.0, 1.0]]) / length
     mass = np.array([[2.0, 1.0], [1.0, 2.0]]) * length / 6.0
     return stiffness, mass
+
+
+def rigid_arm(distance: float) -> Array:
+    """Motion (5, 5) of a point by that of one at a distance before it [m]."""
+    arm = np.eye(NODE_SIZE)
+    arm[X, TILT_Y], arm[Y, TILT_X] = distance, -distance
+    return arm

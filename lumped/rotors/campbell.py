@@ -69,6 +69,11 @@ class Campbell:
         return self._where_present([one.axial for one in self.modes])
 
     @property
+    def housing(self) -> Array:
+        """Part of the kinetic energy in the housing."""
+        return self._where_present([one.housing for one in self.modes])
+
+    @property
     def mesh_energy(self) -> Array:
         """Part of the strain energy in all meshes."""
         return self._where_present([one.mesh_energy.sum(axis=0) for one in self.modes])

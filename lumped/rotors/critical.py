@@ -25,7 +25,7 @@ class CriticalSpeed:
     speed : of the system [rad/s]
     frequency : natural frequency there [rad/s]
     damping_ratio : of that mode
-    whirl, torsion, axial, rotor : as in `WhirlModes`
+    whirl, torsion, axial, housing, rotor : as in `WhirlModes`
     mesh_energy : part of the strain energy in all meshes
     """
 
@@ -35,6 +35,7 @@ class CriticalSpeed:
     whirl: float
     torsion: float
     axial: float
+    housing: float
     rotor: int
     mesh_energy: float
 
@@ -89,6 +90,7 @@ def _critical(modes: WhirlModes, mode: int) -> CriticalSpeed:
         whirl=float(modes.whirl[mode]),
         torsion=float(modes.torsion[mode]),
         axial=float(modes.axial[mode]),
+        housing=float(modes.housing[mode]),
         rotor=int(modes.rotors[mode]),
         mesh_energy=float(modes.mesh_energy[:, mode].sum()),
     )

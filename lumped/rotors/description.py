@@ -13,6 +13,7 @@ from typing import Any
 from lumped.common.array_types import Array
 from lumped.common.checks import format_number, require_fields
 from lumped.common.options import Range
+from lumped.rotors.housing import Housing, HousingNode
 
 POSITION_RTOL = 1e-9  # of a length, below which two positions are one
 # Over the length of the shaft: sections are not shorter, and parts that are closer to a
@@ -91,12 +92,12 @@ class Disk:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class LinearisedSupport:
-    """Force of a bearing on a shaft at rest, at displacements u: force - stiffness u.
+    """Force of a bearing on a shaft at displacements u: force - stiffness u.
 
     Components are along x, y, z and about x and y.
 
     stiffness : tangent (5, 5) [N/m], [N], [N m]
-    force : (5,) at no displacement [N], [N m]
+    force : (5,) at no displacement, which vibration leaves out [N], [N m]
     """
 
     stiffness: Array
@@ -115,7 +116,7 @@ class Bearing:
         `statics` and where shafts move along their axes [N/m], [N s/m]
     tilt_stiffness : moment per angle about both diameters [N m/rad]
     torsional_stiffness : of a spring to ground about the axis [N m/rad]
-    linearised : in place of all stiffnesses where the shaft is at rest; see
+    linearised : in place of stiffnesses but the torsional one; see
         `lumped.rotors.rolling_statics`
     """
 
@@ -130,13 +131,6 @@ class Bearing:
 
     def __post_init__(self) -> None:
         require_fields(self)
-
-    @property
-    def is_isotropic(self) -> bool:
-        """Whether it is the same in all directions, so that it may be seen turning."""
-        return all(
-            xx == yy and xy == -yx for xx, xy, yx, yy in (self.stiffness, self.damping)
-        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -282,12 +276,14 @@ class RotorSystem:
     axial_motion : whether shafts move along their axes; else they are held in place.
         One choice for the whole machine, whose coordinates along axes follow all
         others, leaves matrices and modes of machines without it as they are
+    housing : that holds bearings, None where all are on ground
     """
 
     rotors: tuple[Rotor, ...]
     meshes: tuple[MeshSpring, ...] = ()
     elements: int = field(default=12, metadata={"allowed": Range(least=1, most=1000)})
     axial_motion: bool = False
+    housing: Housing | None = None
 
     def __post_init__(self) -> None:
         require_fields(self)
@@ -300,3 +296,20 @@ class RotorSystem:
                         f"rotor index = {rotor}; must be 0 to {len(self.rotors) - 1}"
                     )
                 self.rotors[rotor].require_position("gear", position)
+        for node in () if self.housing is None else self.housing.nodes:
+            if node is not None:
+                self._require_bearing(node)
+
+    def _require_bearing(self, node: HousingNode) -> None:
+        """Raise RotorError for a bearing in the housing that no rotor has."""
+        count = len(self.rotors)
+        if not 0 <= node.rotor < count:
+            raise RotorError(
+                f"housing: rotor index = {node.rotor}; must be 0 to {count - 1}"
+            )
+        count = len(self.rotors[node.rotor].bearings)
+        if not 0 <= node.bearing < count:
+            raise RotorError(
+                f"housing: bearing index = {node.bearing}; rotor {node.rotor} has "
+                f"{count} bearings, from 0"
+            )

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from lumped.rotors.bearing_matrices import is_isotropic
 from lumped.rotors.description import RotorError, RotorSystem
 from lumped.rotors.gyroscopic import GyroscopicSystem
 from lumped.rotors.matrices import assemble_any
@@ -31,9 +32,11 @@ def rotating_frame(system: RotorSystem) -> GyroscopicSystem:
             f"{len(system.rotors)} rotors and {len(system.meshes)} meshes; a frame "
             "turns with one rotor"
         )
+    if system.housing is not None:
+        raise RotorError("a housing does not turn; bearings must be on ground")
     (rotor,) = system.rotors
     for bearing in rotor.bearings:
-        if not bearing.is_isotropic:
+        if not is_isotropic(bearing):
             raise RotorError(
                 f"rotor {rotor.name!r}: the bearing at {bearing.position:g} m differs "
                 "in x and y; its stiffness varies in a frame that turns"

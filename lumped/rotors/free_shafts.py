@@ -8,10 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from lumped.common.array_types import Array
-from lumped.rotors.beams import NODE_SIZE
+from lumped.rotors.beams import NODE_SIZE, rigid_arm
 from lumped.rotors.description import Rotor, Section
 from lumped.rotors.gyroscopic import node_at
-from lumped.rotors.matrices import element_stiffness, rigid_arm, section_at
+from lumped.rotors.matrices import element_stiffness, section_at
 
 STATIC_COORDINATES = ("x", "y", "z", "tilt x", "tilt y")
 SIZE = len(STATIC_COORDINATES)

@@ -1,7 +1,7 @@
 """Matrices of a gyroscopic system, and the order of its coordinates.
 
 Coordinates along the axes come after all others, so that a system without them is the
-leading part of the one with them.
+leading part of the one with them. Those of a housing follow at the end.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class GyroscopicSystem:
 
     nodes : positions of the nodes of every rotor [m]; five coordinates each, see
         `NODE_COORDINATES`, and after these, in the same order, those along the axes
-        where the system has axial motion
+        where the system has axial motion, then those of the housing
     speed_ratios : of every rotor over the speed of the system
     mass, damping, stiffness : M, C, K (n, n)
     gyroscopic : G (n, n), skew-symmetric
@@ -36,6 +36,8 @@ class GyroscopicSystem:
     centripetal : N (n, n), of a frame that turns
     shaft_stiffness : (n, n), part of `stiffness`
     mesh_stiffness : (meshes, n, n), part of `stiffness`
+    housing_stiffness : (h, h), part of `stiffness` of the last h coordinates, which are
+        those of a housing; none without one
     """
 
     nodes: tuple[tuple[float, ...], ...]
@@ -48,6 +50,7 @@ class GyroscopicSystem:
     centripetal: Array
     shaft_stiffness: Array
     mesh_stiffness: Array
+    housing_stiffness: Array
 
     @property
     def size(self) -> int:
@@ -62,30 +65,42 @@ class GyroscopicSystem:
     @property
     def has_axial_motion(self) -> bool:
         """Whether there are coordinates along the axes."""
-        return self.size > NODE_SIZE * self.node_count
+        return self.shaft_size > NODE_SIZE * self.node_count
+
+    @property
+    def shaft_size(self) -> int:
+        """Number of coordinates of shafts, which are the first ones."""
+        return self.size - len(self.housing_stiffness)
 
     @cached_property
     def rotor_of(self) -> NDArray[np.intp]:
-        """Rotor of every coordinate (n,)."""
+        """Rotor of every coordinate (n,), -1 of a housing's."""
         counts = list(map(len, self.nodes))
         of_nodes = np.repeat(np.arange(len(counts)), counts)
         along = of_nodes if self.has_axial_motion else of_nodes[:0]
-        return np.concatenate([np.repeat(of_nodes, NODE_SIZE), along])
+        of_housing = np.full(len(self.housing_stiffness), -1)
+        return np.concatenate([np.repeat(of_nodes, NODE_SIZE), along, of_housing])
+
+    @cached_property
+    def is_housing(self) -> NDArray[np.bool_]:
+        """Whether a coordinate is one of the housing (n,)."""
+        return np.arange(self.size) >= self.shaft_size
 
     @cached_property
     def is_axial(self) -> NDArray[np.bool_]:
         """Whether a coordinate is along the axis (n,)."""
-        return np.arange(self.size) >= NODE_SIZE * self.node_count
+        return (np.arange(self.size) >= NODE_SIZE * self.node_count) & ~self.is_housing
 
     @cached_property
     def is_rotation(self) -> NDArray[np.bool_]:
         """Whether a coordinate is a rotation about the axis (n,)."""
-        return (np.arange(self.size) % NODE_SIZE == ROTATION) & ~self.is_axial
+        of_nodes = np.arange(self.size) < NODE_SIZE * self.node_count
+        return of_nodes & (np.arange(self.size) % NODE_SIZE == ROTATION)
 
     @cached_property
     def is_sideways(self) -> NDArray[np.bool_]:
-        """Whether a coordinate is a translation across the axis or a tilt (n,)."""
-        return ~(self.is_rotation | self.is_axial)
+        """Whether a coordinate moves a shaft across its axis or tilts it (n,)."""
+        return ~(self.is_rotation | self.is_axial | self.is_housing)
 
     @cached_property
     def quarter_turn(self) -> Array:

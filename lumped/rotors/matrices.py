@@ -19,26 +19,31 @@ from lumped.rotors.beams import (
     QUARTER_TURN,
     TILT_X,
     TILT_Y,
-    X,
-    Y,
     bending_stiffness,
     gyroscopic_matrix,
     in_both_planes,
     linear_matrices,
+    rigid_arm,
     rotation_mass,
     translation_mass,
     twist_matrices,
 )
+from lumped.rotors.bearing_matrices import (
+    bearing_damping,
+    bearing_motion,
+    bearing_stiffness,
+    seen_through,
+)
 from lumped.rotors.description import (
     MIN_ELEMENT,
     POSITION_RTOL,
-    Bearing,
     Rotor,
     RotorError,
     RotorSystem,
     Section,
 )
 from lumped.rotors.gyroscopic import GyroscopicSystem, node_at
+from lumped.rotors.housing import ROUND_OFF_RTOL, Housing, symmetric
 from lumped.rotors.mesh_springs import mesh_matrix
 
 
@@ -72,6 +77,9 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
         for number, rotor in enumerate(system.rotors)
     )
     size = (NODE_SIZE + system.axial_motion) * sum(map(len, nodes))
+    housing = system.housing
+    held = np.zeros((0, 0)) if housing is None else symmetric(housing.stiffness)
+    size += len(held)
     result = GyroscopicSystem(
         nodes,
         tuple(rotor.speed_ratio for rotor in system.rotors),
@@ -83,17 +91,43 @@ def assemble_any(system: RotorSystem) -> GyroscopicSystem:
         centripetal=np.zeros((size, size)),
         shaft_stiffness=np.zeros((size, size)),
         mesh_stiffness=np.zeros((len(system.meshes), size, size)),
+        housing_stiffness=held,
     )
+    if housing is not None:
+        _add_housing(result, housing)
     for number, rotor in enumerate(system.rotors):
         _add_shaft(result, number, rotor)
         _add_disks(result, number, rotor)
-        _add_bearings(result, number, rotor)
+        _add_bearings(result, system, number)
         if system.axial_motion:
             _add_axial_motion(result, number, rotor)
     for number, mesh in enumerate(system.meshes):
         result.mesh_stiffness[number] = mesh_matrix(result, mesh)
         result.stiffness[:] += result.mesh_stiffness[number]
+    _hold_idle_coordinates(result)
     return result
+
+
+def _add_housing(result: GyroscopicSystem, housing: Housing) -> None:
+    at = np.s_[result.shaft_size :, result.shaft_size :]
+    result.mass[at] += symmetric(housing.mass)
+    result.stiffness[at] += result.housing_stiffness
+    if housing.damping is not None:
+        result.damping[at] += symmetric(housing.damping)
+
+
+def _hold_idle_coordinates(result: GyroscopicSystem) -> None:
+    """Hold coordinates of the housing that have neither stiffness nor mass.
+
+    They move nothing, but would make matrices singular. Round-off is neither.
+    """
+    idle = result.is_housing
+    for matrix in (result.stiffness, result.mass):
+        largest = np.abs(matrix).max()
+        idle = idle & (np.abs(matrix).max(axis=1) <= ROUND_OFF_RTOL * largest)
+    for matrix in (result.stiffness, result.mass, result.damping):
+        matrix[idle] = matrix[:, idle] = 0.0
+    result.stiffness[idle, idle] = np.abs(result.stiffness).max()
 
 
 def _gear_positions(system: RotorSystem, rotor: int) -> list[float]:
@@ -182,21 +216,6 @@ def element_stiffness(
     )
 
 
-def bearing_stiffness(bearing: Bearing) -> Array:
-    """Stiffness (5, 5) of a bearing against motion of the shaft in it."""
-    tilt = bearing.tilt_stiffness
-    stiffness = np.diag([0.0, 0.0, tilt, tilt, bearing.torsional_stiffness])
-    stiffness[:2, :2] = np.reshape(bearing.stiffness, (2, 2))
-    return stiffness
-
-
-def rigid_arm(distance: float) -> Array:
-    """Motion (5, 5) of a point by that of one at a distance before it [m]."""
-    arm = np.eye(NODE_SIZE)
-    arm[X, TILT_Y], arm[Y, TILT_X] = distance, -distance
-    return arm
-
-
 def _arm(result: GyroscopicSystem, rotor: int, position: float) -> Array:
     """Motion (5, 5) of a part by that of the node that carries it on a rigid arm."""
     nodes = result.nodes[rotor]
@@ -215,20 +234,16 @@ def _add_disks(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
         result.gyroscopic[at, at] += moment - moment.T
 
 
-def _add_bearings(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
-    for bearing in rotor.bearings:
-        first = result.index(number, bearing.position, "x")
-        at = slice(first, first + NODE_SIZE)
-        arm = _arm(result, number, bearing.position)
-        stiffness = bearing_stiffness(bearing)
-        damping = np.zeros((NODE_SIZE, NODE_SIZE))
-        damping[:2, :2] = np.reshape(bearing.damping, (2, 2))
-        result.stiffness[at, at] += arm.T @ stiffness @ arm
-        result.damping[at, at] += arm.T @ damping @ arm
+def _add_bearings(result: GyroscopicSystem, system: RotorSystem, number: int) -> None:
+    for index, bearing in enumerate(system.rotors[number].bearings):
+        at, motion = bearing_motion(result, system, number, index)
+        place = np.ix_(at, at)
+        result.stiffness[place] += seen_through(motion, bearing_stiffness(bearing))
+        result.damping[place] += seen_through(motion, bearing_damping(bearing))
 
 
 def _add_axial_motion(result: GyroscopicSystem, number: int, rotor: Rotor) -> None:
-    """Rods between nodes, and masses and bearings along the axis."""
+    """Rods between nodes, and masses along the axis."""
     nodes = result.nodes[number]
     first = result.index(number, 0.0, AXIAL_COORDINATE)
     for element, (low, high) in enumerate(pairwise(nodes)):
@@ -243,7 +258,3 @@ def _add_axial_motion(result: GyroscopicSystem, number: int, rotor: Rotor) -> No
     for disk in rotor.disks:
         z = result.index(number, disk.position, AXIAL_COORDINATE)
         result.mass[z, z] += disk.mass
-    for bearing in rotor.bearings:
-        z = result.index(number, bearing.position, AXIAL_COORDINATE)
-        result.stiffness[z, z] += bearing.axial_stiffness
-        result.damping[z, z] += bearing.axial_damping

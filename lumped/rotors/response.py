@@ -16,10 +16,16 @@ import numpy as np
 
 from lumped.common.array_types import Array, Complex
 from lumped.common.checks import require_between
-from lumped.rotors.beams import AXIAL_COORDINATE, NODE_SIZE
+from lumped.rotors.beams import X, Y
+from lumped.rotors.bearing_matrices import (
+    Z,
+    bearing_damping,
+    bearing_motion,
+    bearing_stiffness,
+)
 from lumped.rotors.description import RotorSystem
-from lumped.rotors.gyroscopic import GyroscopicSystem, node_at
-from lumped.rotors.matrices import rigid_arm
+from lumped.rotors.gyroscopic import GyroscopicSystem
+from lumped.rotors.housing import HOUSING_NODE_SIZE
 from lumped.rotors.whirl import WhirlProblem
 
 
@@ -85,21 +91,24 @@ def bearing_forces(
     """
     forces = []
     for number, rotor in enumerate(system.rotors):
-        nodes = matrices.nodes[number]
-        for bearing in rotor.bearings:
-            first = matrices.index(number, bearing.position, "x")
-            arm = rigid_arm(bearing.position - nodes[node_at(nodes, bearing.position)])
-            across = (motion[:, first : first + NODE_SIZE] @ arm.T)[:, :2]
-            along = np.zeros(len(motion), np.complex128)
-            if matrices.has_axial_motion:
-                z = matrices.index(number, bearing.position, AXIAL_COORDINATE)
-                along = motion[:, z]
+        for index, bearing in enumerate(rotor.bearings):
+            at, rows = bearing_motion(matrices, system, number, index)
+            in_bearing = motion[:, at] @ rows.T
             rate = 1j * frequencies[:, None]
-            stiffness, damping = (
-                np.reshape(part, (2, 2))
-                for part in (bearing.stiffness, bearing.damping)
-            )
-            sideways = across @ stiffness.T + rate * (across @ damping.T)
-            axial = bearing.axial_stiffness + 1j * frequencies * bearing.axial_damping
-            forces.append(-np.column_stack([sideways, axial * along]))
+            of_springs = in_bearing @ bearing_stiffness(bearing).T
+            of_dampers = rate * (in_bearing @ bearing_damping(bearing).T)
+            forces.append(-(of_springs + of_dampers)[:, [X, Y, Z]])
     return forces
+
+
+def housing_accelerations(
+    system: RotorSystem, matrices: GyroscopicSystem, frequencies: Array, motion: Complex
+) -> list[Complex]:
+    """Accelerations of every node of the housing along x, y, z (f, 3) [m/s2].
+
+    frequencies, motion : as in `bearing_forces`
+    """
+    nodes = () if system.housing is None else system.housing.nodes
+    firsts = [matrices.shaft_size + HOUSING_NODE_SIZE * n for n in range(len(nodes))]
+    square = -(frequencies[:, None] ** 2)
+    return [square * motion[:, first : first + 3] for first in firsts]

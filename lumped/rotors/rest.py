@@ -12,7 +12,9 @@ from scipy.linalg import eigh, solve_triangular
 
 from lumped.common.array_types import Array
 from lumped.rotors.beams import AXIAL_COORDINATE, NODE_SIZE
+from lumped.rotors.description import RotorError
 from lumped.rotors.gyroscopic import GyroscopicSystem
+from lumped.rotors.housing import massive_null_motions
 
 NULL_RTOL = 1e-13  # stiffness against a rigid motion over the largest one
 MIN_INVERSE = 1e-9  # inverse of the square of a frequency over the largest one
@@ -30,7 +32,9 @@ def modes_at_rest(system: GyroscopicSystem) -> tuple[Array, Array]:
     momenta = system.mass @ rigid
     stiffness = 0.5 * (system.stiffness + system.stiffness.T)
     stiffness += level * momenta @ momenta.T
-    inverses, shapes, shift = _definite_modes(system.mass, stiffness, level)
+    inverses, shapes, shift = _definite_modes(
+        system.mass, stiffness, level, system.shaft_size
+    )
     low = inverses > MIN_INVERSE * inverses.max()
     inverses, shapes = inverses[low], shapes[:, low]
     shapes /= np.sqrt(inverses)
@@ -42,7 +46,7 @@ def modes_at_rest(system: GyroscopicSystem) -> tuple[Array, Array]:
 
 
 def _definite_modes(
-    mass: Array, stiffness: Array, level: float
+    mass: Array, stiffness: Array, level: float, shaft_size: int
 ) -> tuple[Array, Array, float]:
     """Eigenvalues of M x = mu (K + shift M) x, with a shift where K is not definite."""
     shift = 0.0
@@ -50,23 +54,47 @@ def _definite_modes(
         try:
             values, shapes = eigh(mass, stiffness + shift * mass)
         except np.linalg.LinAlgError:
+            if not shift:
+                both = stiffness + level * mass
+                _require_regular(both[shaft_size:, shaft_size:])
             shift = max(level, 10.0 * shift)
             continue
         return values, shapes, shift
 
 
+def _require_regular(both: Array) -> None:
+    """Raise RotorError for a motion with neither stiffness nor mass.
+
+    both : stiffness and some factor times the mass (h, h) of a housing; shafts have
+        mass in all motions
+    """
+    diagonal = np.abs(np.diag(both))
+    scale = 1.0 / np.sqrt(np.where(diagonal > 0.0, diagonal, 1.0))
+    values = np.linalg.eigvalsh(scale[:, None] * both * scale)
+    if np.abs(values).min(initial=1.0) <= NULL_RTOL:
+        raise RotorError(
+            "a motion of the housing has neither stiffness nor mass; one is needed"
+        )
+
+
 def rigid_motions(system: GyroscopicSystem) -> Array:
-    """Motions (n, r) of rigid shafts that strain nothing, with unit modal mass."""
+    """Motions (n, r) of rigid parts that strain nothing, with unit modal mass.
+
+    Parts are shafts, and a housing by the motions that strain nothing in it.
+    """
     columns = [
         column
         for rotor, nodes in enumerate(system.nodes)
         for column in _rigid_columns(system, rotor, nodes)
     ]
+    columns += _rigid_housing_columns(system)
     motions = np.array(columns).T
     motions /= np.sqrt(np.einsum("ni,nm,mi->i", motions, system.mass, motions))
     factor = np.linalg.cholesky(motions.T @ system.mass @ motions)
     motions = solve_triangular(factor, motions.T, lower=True).T
     supports = system.stiffness - system.shaft_stiffness
+    at = np.s_[system.shaft_size :, system.shaft_size :]
+    supports[at] -= system.housing_stiffness
     resistance = motions.T @ supports @ motions
     left, values, _ = np.linalg.svd(resistance)
     free = values <= NULL_RTOL * values.max(initial=0.0)
@@ -90,6 +118,14 @@ def _rigid_columns(
         columns.append(np.zeros(system.size))
         columns[-1][first : first + len(nodes)] = 1.0
     return columns
+
+
+def _rigid_housing_columns(system: GyroscopicSystem) -> list[Array]:
+    at = np.s_[system.shaft_size :, system.shaft_size :]
+    motions = massive_null_motions(system.housing_stiffness, system.mass[at])
+    columns = np.zeros((motions.shape[1], system.size))
+    columns[:, system.shaft_size :] = motions.T
+    return list(columns)
 
 
 def bending_quotient(system: GyroscopicSystem) -> float:

@@ -292,6 +292,8 @@ def _linearised(
     Where axial clearance leaves a shaft free, weak springs hold it at its place.
     """
     stiffnesses = np.array([state.stiffness for state in states])
+    # second derivatives of an energy, but for round-off
+    stiffnesses = 0.5 * (stiffnesses + stiffnesses.transpose(0, 2, 1))
     radial = float(stiffnesses[:, :Z, :Z].max())
     if stiffnesses[:, Z, Z].sum() <= FREE_RTOL * radial:
         for stiffness, support in zip(stiffnesses, supports, strict=True):

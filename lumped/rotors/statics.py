@@ -19,6 +19,7 @@ from scipy.linalg import block_diag
 from lumped.common.array_types import Array
 from lumped.common.checks import require_between, require_fields
 from lumped.common.options import Range
+from lumped.rotors.bearing_matrices import STATIC_MOTIONS, bearing_stiffness
 from lumped.rotors.description import (
     MIN_ELEMENT,
     POSITION_RTOL,
@@ -27,7 +28,6 @@ from lumped.rotors.description import (
 )
 from lumped.rotors.free_shafts import (
     SIZE,
-    STATIC_ORDER,
     TILT_X,
     X,
     Y,
@@ -37,11 +37,7 @@ from lumped.rotors.free_shafts import (
     motion_at,
 )
 from lumped.rotors.gyroscopic import node_at
-from lumped.rotors.matrices import (
-    bearing_stiffness,
-    nodes_of,
-    require_axial_symmetry,
-)
+from lumped.rotors.matrices import nodes_of, require_axial_symmetry
 
 MAX_ELEMENTS = 1000
 HELD_RTOL = 1e-12  # least stiffness of bearings against a rigid motion over the largest
@@ -252,12 +248,8 @@ def shaft_statics(
 
 def _stiffness_of_bearings(rotor: Rotor) -> Array:
     """Stiffness (5 b, 5 b) of all bearings against motion of the shaft in them."""
-    blocks = []
-    for bearing in rotor.bearings:
-        block = bearing_stiffness(bearing)[np.ix_(STATIC_ORDER, STATIC_ORDER)]
-        block[Z, Z] = bearing.axial_stiffness
-        linearised = bearing.linearised
-        blocks.append(block if linearised is None else linearised.stiffness)
+    at = np.ix_(STATIC_MOTIONS, STATIC_MOTIONS)
+    blocks = [bearing_stiffness(bearing)[at] for bearing in rotor.bearings]
     return np.asarray(block_diag(*blocks)) if blocks else np.zeros((0, 0))
 
 

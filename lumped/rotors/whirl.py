@@ -20,7 +20,7 @@ from lumped.rotors.gyroscopic import GyroscopicSystem
 from lumped.rotors.rest import modes_at_rest
 
 Instability = Literal["flutter", "divergence"]
-ModeKind = Literal["forward", "backward", "planar", "torsion", "axial"]
+ModeKind = Literal["forward", "backward", "planar", "torsion", "axial", "housing"]
 MIN_WHIRL = 0.1  # of a motion that is not planar
 GROWTH_RTOL = 1e-14  # rate of growth over the highest frequency that is round-off
 MAX_IDLE_ENERGY = 1e-9  # part of the kinetic energy of a rotation that is sideways
@@ -40,6 +40,7 @@ class WhirlModes:
     rotors : (k,) that rotor
     torsion : (k,) part of the kinetic energy in rotations about the axes
     axial : (k,) part of the kinetic energy in motion along the axes
+    housing : (k,) part of the kinetic energy in the housing
     mesh_energy : (meshes, k) part of the strain energy in each mesh
     growing : eigenvalues with a growth rate above round-off, also those that do not
         oscillate
@@ -53,6 +54,7 @@ class WhirlModes:
     rotors: NDArray[np.intp]
     torsion: Array
     axial: Array
+    housing: Array
     mesh_energy: Array
     growing: Complex
 
@@ -80,17 +82,23 @@ class WhirlModes:
             self.rotors[places],
             self.torsion[places],
             self.axial[places],
+            self.housing[places],
             self.mesh_energy[:, places],
             self.growing,
         )
 
 
-def mode_kind(whirl: float, torsion: float, axial: float = 0.0) -> ModeKind:
+def mode_kind(
+    whirl: float, torsion: float, axial: float = 0.0, housing: float = 0.0
+) -> ModeKind:
     """What has the largest part of a mode's kinetic energy.
 
-    Torsion, motion along the axes, or whirl of the rotor that moves most sideways.
+    Torsion, motion along the axes, the housing, or whirl of the rotor that moves most
+    sideways.
     """
-    sideways = 1.0 - torsion - axial
+    sideways = 1.0 - torsion - axial - housing
+    if housing > max(torsion, axial, sideways):
+        return "housing"
     if torsion > max(axial, sideways):
         return "torsion"
     if axial > sideways:
@@ -116,7 +124,8 @@ class WhirlProblem:
 
         Nothing but inertia acts on them, whatever the speed.
         """
-        lateral = basis * system.is_sideways[:, None]
+        moves_others = ~(system.is_rotation | system.is_axial)
+        lateral = basis * moves_others[:, None]
         energy = np.einsum("ni,nm,mi->i", lateral, system.mass, lateral)
         return np.asarray((squares == 0.0) & (energy < MAX_IDLE_ENERGY))
 
@@ -163,8 +172,15 @@ class WhirlProblem:
     @cached_property
     def _along(self) -> Array:
         """Modal mass of motion along the axes."""
-        is_axial = self.system.is_axial
-        return self.modal(self.system.mass * np.outer(is_axial, is_axial))
+        return self._modal_mass_of(self.system.is_axial)
+
+    @cached_property
+    def _of_housing(self) -> Array:
+        """Modal mass of the housing."""
+        return self._modal_mass_of(self.system.is_housing)
+
+    def _modal_mass_of(self, part: NDArray[np.bool_]) -> Array:
+        return self.modal(self.system.mass * np.outer(part, part))
 
     def solve(self, speed: float, count: int | None = None) -> WhirlModes:
         """Lowest modes that oscillate at a speed [rad/s]; all where count is None."""
@@ -248,12 +264,14 @@ class WhirlProblem:
         strain = _products(shapes, self.system.stiffness, shapes).real
         meshes = [_products(shapes, k, shapes).real for k in self.system.mesh_stiffness]
         share = np.array(meshes).reshape(-1, values.size) / strain
-        axial = np.zeros(values.size)
+        axial, housing = np.zeros((2, values.size))
         if self.system.has_axial_motion:
             axial = _products(rates, self._along, rates).real / total
-        torsion = 1.0 - energies.real.sum(axis=0) / total - axial
-        shares = np.clip(torsion, 0.0, 1.0), np.clip(axial, 0.0, 1.0), share
-        parts = whirl, rotors, *shares
+        if self.system.is_housing.any():
+            housing = _products(rates, self._of_housing, rates).real / total
+        torsion = 1.0 - energies.real.sum(axis=0) / total - axial - housing
+        torsion, axial, housing = np.clip([torsion, axial, housing], 0.0, 1.0)
+        parts = whirl, rotors, torsion, axial, housing, share
         return WhirlModes(speed, values, states, shapes, *parts, growing)
 
     def _circular(

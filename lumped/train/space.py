@@ -26,6 +26,7 @@ from lumped.common.short_repr import ShortRepr
 from lumped.rotors.beams import AXIAL_COORDINATE, NODE_COORDINATES
 from lumped.rotors.description import RotorSystem
 from lumped.rotors.gyroscopic import GyroscopicSystem
+from lumped.rotors.housing import HOUSING_NODE_SIZE
 from lumped.rotors.matrices import assemble
 from lumped.rotors.mesh_springs import rigid_motions
 from lumped.rotors.response import bearing_forces
@@ -87,16 +88,21 @@ class MotionInSpace(ShortRepr):
 
     @property
     def sensors(self) -> tuple[str, ...]:
-        """Names of what sensors at bearings measure, with units at their ends.
+        """Names of what sensors measure, with units at their ends.
 
-        Forces of shafts on bearings and accelerations of shafts in them, along x, y, z.
+        Forces of shafts on bearings, accelerations of shafts at bearings, and those of
+        the nodes of a housing, along x, y, z.
         """
         names = []
         for rotor in self.system.rotors:
             count = len(rotor.bearings)
             names += [f"{rotor.name}_bearing{k}" for k in range(1, count + 1)]
-        units = "N", "m_per_s2"
-        return tuple(f"{n}_{axis}_{u}" for u in units for n in names for axis in "xyz")
+        nodes = () if self.system.housing is None else self.system.housing.nodes
+        moving = [*names, *(f"housing_node{k + 1}" for k in range(len(nodes)))]
+        return (
+            *(f"{name}_{axis}_N" for name in names for axis in "xyz"),
+            *(f"{name}_{axis}_m_per_s2" for name in moving for axis in "xyz"),
+        )
 
     def sensed(
         self, displacement: Array, velocity: Array, acceleration: Array
@@ -106,18 +112,25 @@ class MotionInSpace(ShortRepr):
             part.reshape(-1, self.count) for part in self.bearing_forces
         )
         force = displacement @ over_displacement.T + velocity @ over_velocity.T
-        return np.hstack([-force, acceleration @ self.motions_at_bearings.T])
+        moving = self.basis[self._places_of_sensors]
+        return np.hstack([-force, acceleration @ moving.T])
 
-    @cached_property
-    def motions_at_bearings(self) -> Array:
-        """Displacements (3 b, n) of shafts at their bearings along x, y, z."""
-        indices = [
+    @property
+    def _places_of_sensors(self) -> list[int]:
+        """Coordinates of shafts at bearings, and of the nodes of a housing."""
+        at_bearings = [
             self.matrices.index(number, bearing.position, kind)
             for number, rotor in enumerate(self.system.rotors)
             for bearing in rotor.bearings
             for kind in ("x", "y", AXIAL_COORDINATE)
         ]
-        return self.basis[indices]
+        nodes = () if self.system.housing is None else self.system.housing.nodes
+        first = self.matrices.shaft_size
+        return at_bearings + [
+            first + HOUSING_NODE_SIZE * node + axis
+            for node in range(len(nodes))
+            for axis in range(3)
+        ]
 
     @property
     def count(self) -> int:

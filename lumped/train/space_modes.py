@@ -15,16 +15,19 @@ from lumped.train.coordinates import BEARING, SHAFT, TILT
 from lumped.train.modes import Modes
 from lumped.train.space import MotionInSpace
 
-TORSION, BENDING, TILTING, AXIAL = MOTIONS = "torsion", "bending", "tilting", "axial"
+TORSION, BENDING, TILTING = "torsion", "bending", "tilting"
+AXIAL, HOUSING = "axial", "housing"
+MOTIONS = TORSION, BENDING, TILTING, AXIAL, HOUSING
 
 
 @dataclass(frozen=True, eq=False)
 class SpaceShares(ShortRepr):
-    """Parts of the energies of n modes, which add up to 1 with those of the meshes.
+    """Parts of the energies of n modes; those of strain add up to 1 with the meshes'.
 
     kinetic : (n,) by motion, one of MOTIONS: rotations about the axes, motions across
-        them, rotations about diameters, and motions along the axes
-    strain : (n,) in shafts, bearings, and in teeth that tilt against each other
+        them, rotations about diameters, motions along the axes, and the housing
+    strain : (n,) in shafts, in bearings with the housing, and in teeth that tilt
+        against each other
     shaft : (n,) that moves most, by its number from 0
     """
 
@@ -68,6 +71,7 @@ def _masks(matrices: GyroscopicSystem) -> dict[str, NDArray[np.bool_]]:
         BENDING: matrices.is_sideways & ~is_tilt,
         TILTING: is_tilt,
         AXIAL: matrices.is_axial,
+        HOUSING: matrices.is_housing,
     }
 
 

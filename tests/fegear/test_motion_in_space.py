@@ -12,7 +12,6 @@ import fegear
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.statics.axes import SLOPES
-from fegear.statics.load_variation import standing_mesh
 from fegear.statics.machine import loads_on_axes, machine_at_rest
 from fegear.train.model_settings import LumpedModel, resolve_model
 from fegear.train.space import POSITIONS, system_in_space
@@ -27,8 +26,7 @@ SLOW = 5.0  # Hz
 
 def solved(gear_set):
     machine = machine_at_rest(SETTINGS.on_shafts(gear_set), TORQUE, SETTINGS)
-    meshes = [standing_mesh(machine, m, POSITIONS) for m in range(len(machine.cycles))]
-    return machine, system_in_space(gear_set, TORQUE, meshes)
+    return machine, system_in_space(gear_set, machine)
 
 
 def test_slow_motion_tends_to_the_statics_of_the_machine():

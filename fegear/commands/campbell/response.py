@@ -20,7 +20,12 @@ from lumped.common.array_types import Array, Complex
 from lumped.figures.drawing import draw_legend, draw_title
 from lumped.rotors.description import RotorSystem
 from lumped.rotors.mesh_springs import rigid_motions
-from lumped.rotors.response import HarmonicForce, bearing_forces, steady_response
+from lumped.rotors.response import (
+    HarmonicForce,
+    bearing_forces,
+    housing_accelerations,
+    steady_response,
+)
 from lumped.rotors.whirl import WhirlProblem
 
 if TYPE_CHECKING:
@@ -44,6 +49,9 @@ class MachineResponse:
     mesh_force : (s, meshes) between teeth along the push, in the section [N]
     peak_mesh_force : (s, meshes) at most, if all harmonics met [N]
     mean_mesh_force : (meshes,) at rest [N]
+    housing_nodes : shaft and position [m] of the bearing at every node of the housing,
+        empty and None of further ones
+    housing_acceleration : (s, nodes, 3) along x, y, z [m/s2]
     """
 
     rpm: Array
@@ -52,6 +60,8 @@ class MachineResponse:
     mesh_force: Array
     peak_mesh_force: Array
     mean_mesh_force: Array
+    housing_nodes: tuple[tuple[str, float | None], ...]
+    housing_acceleration: Array
 
     @property
     def radial_force(self) -> Array:
@@ -79,19 +89,28 @@ class MachineResponse:
             for mesh, values in enumerate(of_meshes, start=1):
                 yield (rpm, mesh, *map(float, values))
 
-    def largest(self) -> dict[str, list[dict[str, Any]]]:
-        """Largest values over the speed of bearings and of meshes, and where."""
+    def housing_rows(self) -> Iterator[tuple[Any, ...]]:
+        """Speed, node, bearing and RMS accelerations of every node of the housing."""
+        of_speeds = zip(self.rpm.tolist(), self.housing_acceleration, strict=True)
+        for rpm, accelerations in of_speeds:
+            of_nodes = zip(self.housing_nodes, accelerations.tolist(), strict=True)
+            for number, (node, acceleration) in enumerate(of_nodes, start=1):
+                yield (rpm, number, *node, *acceleration)
 
-        def at(values: Array, name: str) -> dict[str, float | None]:
+    def largest(self) -> dict[str, list[dict[str, Any]]]:
+        """Largest values over the speed of bearings, meshes and housing, and where."""
+
+        def at(values: Array, name: str, unit: str = "N") -> dict[str, float | None]:
             index = int(values.argmax())
             if not values[index]:  # a bearing that floats along the axis
-                return {f"{name}_rms_N": 0.0, f"{name}_at_rpm": None}
+                return {f"{name}_rms_{unit}": 0.0, f"{name}_at_rpm": None}
             return {
-                f"{name}_rms_N": float(values[index]),
+                f"{name}_rms_{unit}": float(values[index]),
                 f"{name}_at_rpm": float(self.rpm[index]),
             }
 
         radial = self.radial_force
+        total = np.linalg.norm(self.housing_acceleration, axis=-1)
         return {
             "bearings": [
                 {"shaft": shaft, "position_mm": 1e3 * position}
@@ -103,6 +122,11 @@ class MachineResponse:
                 {"mesh": m + 1, "mean_force_N": float(force)}
                 | at(self.mesh_force[:, m], "force")
                 for m, force in enumerate(self.mean_mesh_force)
+            ],
+            "housing": [
+                {"node": n + 1, "shaft": shaft}
+                | at(total[:, n], "acceleration", "m_per_s2")
+                for n, (shaft, _) in enumerate(self.housing_nodes)
             ],
         }
 
@@ -130,11 +154,16 @@ def machine_response(
     own_loads = np.zeros((orders.size, len(variations)), np.complex128)
     for row, one in enumerate(excitations):
         own_loads[row, one.mesh] = one.loads[0]
-    on_bearings, on_meshes, peaks = [], [], []
+    on_bearings, on_meshes, peaks, of_housing = [], [], [], []
     for done, speed in enumerate((2.0 * math.pi / SECONDS_PER_MINUTE * rpm).tolist()):
         report(done)
         motion = steady_response(problem, forces, speed, damping_ratio)
-        of_bearings = bearing_forces(system, matrices, orders * speed, motion)
+        at_speed = system, matrices, orders * speed, motion
+        of_bearings = bearing_forces(*at_speed)
+        accelerations = np.reshape(
+            housing_accelerations(*at_speed), (-1, orders.size, 3)
+        )
+        of_housing.append(_rms(orders, np.swapaxes(accelerations, 0, 1)))
         of_meshes = own_loads + np.stack(
             [
                 (motion @ rows.T) @ variation.stiffness[0]
@@ -156,7 +185,18 @@ def machine_response(
         mesh_force=np.array(on_meshes),
         peak_mesh_force=np.array(peaks),
         mean_mesh_force=np.array([one.mean_force for one in variations]),
+        housing_nodes=tuple(_housing_nodes(system)),
+        housing_acceleration=np.array(of_housing),
     )
+
+
+def _housing_nodes(system: RotorSystem) -> Iterator[tuple[str, float | None]]:
+    for node in () if system.housing is None else system.housing.nodes:
+        if node is None:
+            yield "", None
+        else:
+            rotor = system.rotors[node.rotor]
+            yield rotor.name, rotor.bearings[node.bearing].position
 
 
 @dataclass(frozen=True, eq=False)

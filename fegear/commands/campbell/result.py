@@ -13,6 +13,7 @@ from fegear.files.codes import with_code
 from fegear.studies.page import Columns, Page, RowTable, cell, number
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table, finite_or_none
+from fegear.train.rolling_bearings import LinearisedBearing
 from fegear.train.rotors import Motion
 from lumped.figures.campbell import CampbellCurves, OrderLine, draw_campbell
 from lumped.rotors.whirl import Instability, mode_kind
@@ -72,6 +73,11 @@ MESH_COLUMNS = (
     *("driver_speed_rpm", "mesh", "force_rms_N"),
     *("peak_force_N", "mean_force_N"),
 )
+HOUSING_COLUMNS = (
+    *("driver_speed_rpm", "node", "shaft", "position_m", "acceleration_x_rms_m_per_s2"),
+    *("acceleration_y_rms_m_per_s2", "acceleration_z_rms_m_per_s2"),
+)
+HOUSING_TITLE = "Largest acceleration of the housing's nodes over the speed, RMS"
 BEARING_TITLE = (
     "Largest vibration of bearings over the speed, excited by the meshes, RMS, with "
     "the damping ratio of the gear set in all modes"
@@ -88,6 +94,10 @@ class CampbellResult(StudyResult):
     motion : of shafts, along their axes too in space
     is_helical : whether there are helical gears
     response : vibration excited by the meshes, None where their teeth are not solved
+    rolling_bearings : linearised at the torque
+    has_solved_loads : whether these have the loads of solved teeth, else those of
+        torque, pressure and helix angles in the middle of the face width
+    housing : its file and what it holds, None where bearings are on ground
     """
 
     study: Any
@@ -104,6 +114,9 @@ class CampbellResult(StudyResult):
     is_helical: bool
     gear_warnings: tuple[str, ...] = ()
     response: MachineResponse | None = None
+    rolling_bearings: tuple[LinearisedBearing, ...] = ()
+    has_solved_loads: bool = False
+    housing: str | None = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -116,6 +129,8 @@ class CampbellResult(StudyResult):
             "motion": self.motion,
             "shafts": list(map(asdict, self.shafts)),
             "mean_stiffness": list(map(asdict, self.mean_stiffness)),
+            "housing": self.housing,
+            "rolling_bearings": list(map(asdict, self.rolling_bearings)),
             "modes": [
                 {
                     "at_rest_Hz": finite_or_none(float(curves.frequency_Hz[0, mode])),
@@ -124,6 +139,7 @@ class CampbellResult(StudyResult):
                     ),
                     "kind": curves.kind(mode),
                     "axial_fraction": float(curves.axial[0, mode]),
+                    "housing_fraction": float(curves.housing[0, mode]),
                     "mesh_energy_fraction": float(curves.mesh_energy[0, mode]),
                 }
                 for mode in range(curves.count)
@@ -175,7 +191,22 @@ class CampbellResult(StudyResult):
         }
         entries = self.study.gear_set.entries
         names = {"gear set": self.gear_set, "motion": self.motion}
+        if self.housing:
+            names["housing"] = self.housing
+        if self.rolling_bearings:
+            names["rolling bearings"] = self._linearised_at
         return {**names, **meshes, **shafts, **entries}
+
+    @property
+    def _linearised_at(self) -> str:
+        """Loads at which rolling bearings are linearised, in words."""
+        loads = (
+            "loads of teeth in contact"
+            if self.has_solved_loads
+            else "forces of teeth in the middle of the face width"
+        )
+        at = f"{number(self.torque or 0.0)} N m on the input gear"
+        return f"linearised at {at}, {loads}"
 
     @property
     def table(self) -> Table:
@@ -183,6 +214,7 @@ class CampbellResult(StudyResult):
         names = (
             *("driver_speed_rpm", "mode", "frequency_Hz", "damping_ratio", "kind"),
             *("whirl", "torsion_fraction", "axial_fraction", "mesh_energy_fraction"),
+            "housing_fraction",
         )
         return Table(names, self._rows, self._header)
 
@@ -193,18 +225,19 @@ class CampbellResult(StudyResult):
                 at = row, mode
                 if not math.isfinite(curves.frequency_Hz[at]):
                     continue
-                parts = curves.whirl, curves.torsion, curves.axial
-                whirl, torsion, axial = (float(part[at]) for part in parts)
+                parts = curves.whirl, curves.torsion, curves.axial, curves.housing
+                whirl, torsion, axial, housing = (float(part[at]) for part in parts)
                 yield (
                     rpm,
                     mode + 1,
                     float(curves.frequency_Hz[at]),
                     float(curves.damping_ratio[at]),
-                    mode_kind(whirl, torsion, axial),
+                    mode_kind(whirl, torsion, axial, housing),
                     whirl,
                     torsion,
                     axial,
                     float(curves.mesh_energy[at]),
+                    housing,
                 )
 
     @property
@@ -217,6 +250,9 @@ class CampbellResult(StudyResult):
             of_bearings, of_meshes = self.response.bearing_rows, self.response.mesh_rows
             tables["bearing_forces"] = Table(BEARING_COLUMNS, of_bearings, self._header)
             tables["mesh_forces"] = Table(MESH_COLUMNS, of_meshes, self._header)
+            if self.housing:
+                rows_of = self.response.housing_rows
+                tables["housing"] = Table(HOUSING_COLUMNS, rows_of, self._header)
         return tables
 
     @property
@@ -245,6 +281,11 @@ class CampbellResult(StudyResult):
                 f"mesh {entry.mesh}: mean stiffness {entry.stiffness_N_per_m:.5g} N/m, "
                 f"{entry.origin}"
             )
+        if self.housing:
+            yield f"housing: {self.housing}; bearings without a node are on ground"
+        if self.rolling_bearings:
+            title = f"rolling bearings, {self._linearised_at}"
+            yield RowTable(values["rolling_bearings"], ROLLING_COLUMNS, title)
         if self.motion == "plane" and self.is_helical:
             yield (
                 "the helix of gears and motion along the axes are left out; motion = "
@@ -256,6 +297,8 @@ class CampbellResult(StudyResult):
             f"{number(100.0 * self.discretisation, 2)} % with twice the elements",
         )
         columns = MODE_COLUMNS if self.motion == "plane" else MODE_COLUMNS_IN_SPACE
+        if self.housing:
+            columns = {**columns, **HOUSING_COLUMN}
         yield RowTable(values["modes"], columns, f"{self.gear_set}, modes")
         title = f"critical speeds to {number(values['max_rpm'], 4)} rpm"
         if len(self.critical) > MAX_SHOWN:
@@ -271,6 +314,8 @@ class CampbellResult(StudyResult):
             largest = values["vibration"]
             yield RowTable(largest["bearings"], BEARING_ROWS, BEARING_TITLE)
             yield RowTable(largest["meshes"], MESH_ROWS, MESH_TITLE)
+            if largest["housing"]:
+                yield RowTable(largest["housing"], HOUSING_ROWS, HOUSING_TITLE)
 
 
 def _end_text(row: Any) -> str:
@@ -290,6 +335,18 @@ MODE_COLUMNS_IN_SPACE: Columns = {
     "energy along\naxes [%]": cell("axial_fraction", 3, 100.0),
 }
 
+HOUSING_COLUMN: Columns = {"energy in\nhousing [%]": cell("housing_fraction", 3, 100.0)}
+
+ROLLING_COLUMNS: Columns = {
+    "shaft": lambda row: row["shaft"],
+    "at\n[mm]": cell("position_mm", 4),
+    "along x\n[N/m]": cell("radial_x_N_per_m", 4),
+    "along y\n[N/m]": cell("radial_y_N_per_m", 4),
+    "along axis\n[N/m]": cell("axial_N_per_m", 4),
+    "about x\n[N m/rad]": cell("tilt_x_Nm_per_rad", 4),
+    "about y\n[N m/rad]": cell("tilt_y_Nm_per_rad", 4),
+}
+
 CRITICAL_COLUMNS: Columns = {
     "excitation": lambda row: row["excitation"],
     "speed of first\ndriver [rpm]": cell("driver_speed_rpm", 5),
@@ -307,6 +364,13 @@ BEARING_ROWS: Columns = {
     "at speed\n[rpm]": cell("radial_force_at_rpm", 5),
     "axial\n[N]": cell("axial_force_rms_N", 4),
     "axial, at\nspeed [rpm]": cell("axial_force_at_rpm", 5),
+}
+
+HOUSING_ROWS: Columns = {
+    "node": lambda row: str(row["node"]),
+    "shaft": lambda row: row["shaft"],
+    "acceleration\n[m/s2]": cell("acceleration_rms_m_per_s2", 4),
+    "at speed\n[rpm]": cell("acceleration_at_rpm", 5),
 }
 
 MESH_ROWS: Columns = {

@@ -40,7 +40,17 @@ from fegear.studies.trains.mean_stiffness import (
     mean_stiffnesses,
     stiffness_load,
 )
-from fegear.train.rotors import Motion, has_axial_motion, rotor_system
+from fegear.train.rolling_bearings import (
+    bearings_at_rest,
+    has_rolling_bearings,
+    linearised_entries,
+)
+from fegear.train.rotors import (
+    Motion,
+    has_axial_motion,
+    rotor_system,
+    whirl_problem,
+)
 from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.figures.campbell import CampbellCurves, OrderLine
@@ -52,8 +62,10 @@ from lumped.rotors.whirl import WhirlProblem, mode_kind
 
 if TYPE_CHECKING:
     from fegear.statics.load_variation import LoadVariation
+    from fegear.statics.machine import MachineAtRest
 
 RPM = 2.0 * math.pi / SECONDS_PER_MINUTE  # rad/s
+ANY_STIFFNESS = 1e8  # N/m, of meshes in a machine that is only checked
 DEFAULT_MODE = 4  # at rest, whose frequency the fastest shaft reaches by default
 VIBRATION = "needs mesh stiffnesses by finite elements and motion in space"
 TABLES = MappingProxyType(
@@ -63,6 +75,8 @@ TABLES = MappingProxyType(
         f"the meshes, {TO_SINGLE_TABLE}; {VIBRATION}.",
         "mesh_forces": "Write RMS forces between the teeth of all meshes over the "
         f"speed {TO_SINGLE_TABLE}; {VIBRATION}.",
+        "housing": "Write RMS accelerations of all nodes of the [housing] over the "
+        f"speed {TO_SINGLE_TABLE}; {VIBRATION}.",
     }
 )
 PICTURES = MappingProxyType(
@@ -71,7 +85,7 @@ PICTURES = MappingProxyType(
         f"{INTO_PICTURE}; {VIBRATION}."
     }
 )
-OF_VIBRATION = "bearing_forces", "mesh_forces", "response"
+OF_VIBRATION = "bearing_forces", "mesh_forces", "housing", "response"
 GEAR_BEARING = re.compile(r"^(gear\..*|defaults)\.bearing_k[xy]_N_per_m$")
 
 
@@ -131,25 +145,39 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         for name in OF_VIBRATION:
             if name in outputs and not self._solves_vibration(self.gear_set.loaded):
                 yield name, "needs {stiffness} fe, {motion} space and plane width"
+        if "housing" in outputs and self.gear_set.loaded.housing is None:
+            yield "housing", "needs a gear set with [housing]"
+
+    @property
+    def announcements(self) -> Iterator[str]:
+        # without the one of commands that leave the housing out
+        yield from gear_set_warnings(replace(self.gear_set.loaded, housing=None))
 
     def tasks(self) -> Iterator[Task]:
         gears = self.gear_set.loaded
-        load = stiffness_load(self, gears)
+        load = stiffness_load(self, gears, has_rolling_bearings(gears))
         yield Task("diagram", partial(self._solve, gears, load))
 
     def _solve(self, gears: GearSet, load: float | None, job: Job) -> CampbellResult:
-        ones = [1.0] * len(gears.meshes)
-        rotor_system(gears, ones, self.elements, self.motion)  # refused early
+        shafts = self.elements, self.motion
+        rolling = bearings_at_rest(gears, load)
+        stiffnesses = [ANY_STIFFNESS] * len(gears.meshes)
+        # refused before teeth are solved
+        whirl_problem(gears, rotor_system(gears, stiffnesses, *shafts, rolling=rolling))
         variations: list[LoadVariation] = []
         if self._solves_vibration(gears):
-            variations, meshes = self._loaded_meshes(gears, load or 0.0, job)
+            from fegear.train.space import loaded_machine
+
+            machine = loaded_machine(gears, load or 0.0, self.excitation, job.report)
+            variations, meshes = _loaded_meshes(machine, job)
+            rolling = bearings_at_rest(gears, load, machine.loads_on_gears)
         else:
             is_given = self.stiffness == "given"
             meshes = mean_stiffnesses(gears, load or 0.0, self.excitation, is_given)
         stiffness = [k for k, _ in meshes]
         matrices = [one.stiffness for one in variations]
-        system = rotor_system(gears, stiffness, self.elements, self.motion, matrices)
-        problem = WhirlProblem(assemble(system))
+        system = rotor_system(gears, stiffness, *shafts, matrices, rolling)
+        problem = whirl_problem(gears, system)
         rpm = np.linspace(0.0, self.max_rpm or default_rpm(problem), self.points)
         speeds = (RPM * rpm).tolist()
         total = len(speeds)
@@ -182,8 +210,12 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             discretisation_error(system, diagram),
             "space" if system.axial_motion else "plane",
             any(mesh.is_helical for mesh in gears.meshes),
-            tuple(warnings_of(gears)),
+            # whose warning is of commands that leave the housing out
+            tuple(warnings_of(replace(gears, housing=None))),
             self._response(gears, system, problem, variations, rpm, job),
+            linearised_entries(gears, rolling),
+            bool(variations),
+            None if gears.housing is None else gears.housing.stated,
         )
 
     def _solves_vibration(self, gears: GearSet) -> bool:
@@ -191,20 +223,6 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         is_solid = self.excitation.statics.plane_of(gears) == "width"
         by_elements = self.stiffness == "fe" and is_solid
         return by_elements and has_axial_motion(gears, self.motion)
-
-    def _loaded_meshes(
-        self, gears: GearSet, load: float, job: Job
-    ) -> tuple[list[LoadVariation], list[tuple[float, str]]]:
-        """Loads of all meshes over their cycles; mean stiffnesses and their origin."""
-        from fegear.train.space import standing_meshes
-
-        variations, meshes = [], []
-        for one in standing_meshes(gears, load, self.excitation, job.report):
-            variation = one.variation
-            text = f"finite elements at {one.torque:g} N m on the driver, on shafts"
-            variations.append(variation)
-            meshes.append((float(variation.stiffness[0, 0]), f"{text} that yield"))
-        return variations, meshes
 
     def _response(
         self,
@@ -222,6 +240,21 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
         return machine_response(
             *place, lambda done: job.report("vibration", done, rpm.size)
         )
+
+
+def _loaded_meshes(
+    machine: MachineAtRest, job: Job
+) -> tuple[list[LoadVariation], list[tuple[float, str]]]:
+    """Loads of all meshes over their cycles; mean stiffnesses and their origin."""
+    from fegear.train.space import standing_meshes
+
+    variations, meshes = [], []
+    for one in standing_meshes(machine, job.report):
+        variation = one.variation
+        text = f"finite elements at {one.torque:g} N m on the driver, on shafts that"
+        variations.append(variation)
+        meshes.append((float(variation.stiffness[0, 0]), f"{text} yield"))
+    return variations, meshes
 
 
 def default_rpm(problem: WhirlProblem) -> float:
@@ -270,6 +303,7 @@ def _campbell_curves(diagram: Campbell, rpm: Array) -> CampbellCurves:
         whirl=diagram.whirl,
         torsion=diagram.torsion,
         axial=diagram.axial,
+        housing=diagram.housing,
         mesh_energy=diagram.mesh_energy,
     )
 
@@ -304,7 +338,7 @@ def _critical_entry(
         order=line.order,
         driver_speed_rpm=speed.speed / RPM,
         frequency_Hz=speed.frequency / (2.0 * math.pi),
-        kind=mode_kind(speed.whirl, speed.torsion, speed.axial),
+        kind=mode_kind(speed.whirl, speed.torsion, speed.axial, speed.housing),
         shaft=system.rotors[speed.rotor].name,
         whirl=speed.whirl,
         damping_ratio=speed.damping_ratio + 0.0,

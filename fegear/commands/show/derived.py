@@ -56,6 +56,7 @@ def gear_set_figures(gear_set: GearSet) -> dict[str, Any]:
             }
             for shaft in gear_set.shafts
         ],
+        "housing": gear_set.housing and gear_set.housing.stated,
         **force_figures(gear_set),
         "planetary": planetary_figures(gear_set),
         "damping_ratio": gear_set.damping_ratio,

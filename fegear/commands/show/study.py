@@ -189,6 +189,8 @@ class DerivedGeometryResult(StudyResult):
             yield "Faults:"
         yield from (f"- {line}" for line in faults)
         yield from (shaft_line(**shaft) for shaft in values["shafts"])
+        if values["housing"]:
+            yield f"Housing: {values['housing']}"
         yield from force_lines(values, self._planet_names)
         if values["damping_ratio"] is not None:
             yield f"Damping ratio: {shown_value(values['damping_ratio'])}"

@@ -32,20 +32,21 @@ def require_stiffness_edits(study: Any) -> None:
             raise study.gear_set.rejection(key, reason)
 
 
-def stiffness_load(study: Any, gears: GearSet) -> float | None:
+def stiffness_load(study: Any, gears: GearSet, is_loaded: bool = False) -> float | None:
     """Torque on the input gear [N m] of mean stiffnesses, None where all are given.
 
     study : with the settings torque, stiffness and source, which are refused where
         they would change nothing
+    is_loaded : whether something else depends on the torque
     """
     if study.stiffness != "given" or not all(m.mean_stiffness for m in gears.meshes):
         return chosen_torque(gears, study.torque)
-    if study.torque is not None:
+    if study.torque is not None and not is_loaded:
         reason = f"{gears.name} gives all mean stiffnesses, use "
         raise refusal(study, "torque", reason + "{stiffness} fe")
     reason = "the gear set gives all stiffness parameters, nothing is solved"
     refuse_non_default(study.excitation, [*FE_SETTINGS.exposed], reason, FE_SETTINGS)
-    return None
+    return chosen_torque(gears, study.torque) if is_loaded else None
 
 
 def mean_stiffnesses(

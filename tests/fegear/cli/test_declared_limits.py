@@ -15,6 +15,7 @@ from typing import Any, get_type_hints
 import pytest
 from cli_commands import commands as typer_commands
 from cli_commands import refused
+from free_housings import HOUSINGS
 from option_cases import choices, settings_by_option
 from short_uses import SHORT_USES
 
@@ -31,6 +32,7 @@ COMMANDS = list(registry.commands())
 VIBRATING = "--stiffness fe --motion space --plane width"
 NEEDS = {
     "campbell --bearing-forces": VIBRATING,
+    "campbell --housing": f"{VIBRATING} --set housing.file={HOUSINGS / 'sensor.mat'}",
     "campbell --mesh-forces": VIBRATING,
     "campbell --response": VIBRATING,
     "eccentric --contact": "--teeth 40 --torque 10",

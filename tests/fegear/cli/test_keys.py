@@ -458,6 +458,7 @@ KEYS: dict[str, Key] = {
     "shaft.stiffness_Nm_per_rad": Key(2e4, (MODES, ONE_SWEEP), SHAFT),
     **{f"shaft.{name}": key for name, key in SHAFT_KEYS.items()},
     **{f"planetary.{name}": key for name, key in PLANETARY_KEYS.items()},
+    "housing.file": Key("none.mat", (), BENT),
     "load.gear": Key("b", (SHOWN,)),
     "load.torques_Nm": Key([30.0], TEETH),
     "dynamics.damping_ratio": Key(0.1, (ONE_SWEEP, MOVING)),
