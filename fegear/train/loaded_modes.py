@@ -52,6 +52,20 @@ def system_of_modes(
 
 
 @dataclass(frozen=True, eq=False)
+class SpaceTerms:
+    """What machines in space have besides, of n coordinates and m meshes.
+
+    gyroscopic : (n, n) forces over velocities, per speed of the first mesh's driver
+    tilt_rows : (m, n) difference of the slopes of both gears along the push
+    tilt_stiffness : (m,) mean moment over it [N m/rad]
+    """
+
+    gyroscopic: Array
+    tilt_rows: Array
+    tilt_stiffness: Array
+
+
+@dataclass(frozen=True, eq=False)
 class LinearModel:
     """Linear equations of motion M x'' + C x' + K x = load of a train.
 
@@ -64,6 +78,7 @@ class LinearModel:
     mesh_stiffness : (m,) mean over a mesh cycle [N/m]
     mesh_force : (m,) at rest, mean over a mesh cycle [N]
     frequency_Hz : (n,) natural frequencies
+    in_space : of gears that move in space, else None
     """
 
     labels: tuple[tuple[str, str], ...]
@@ -76,6 +91,7 @@ class LinearModel:
     mesh_stiffness: Array
     mesh_force: Array
     frequency_Hz: Array
+    in_space: SpaceTerms | None = None
 
 
 def linear_model_of_springs(modes: Modes, damping_ratio: float) -> LinearModel:

@@ -53,6 +53,7 @@ class MotionInSpace(ShortRepr):
     matrices : shafts that these belong to
     system : the shafts themselves
     rotations : (g, N) rows of the rotations of gears
+    mesh_motions : (m, 2, 11) both rows of a mesh by the rigid motions of its gears
     """
 
     coordinates: Coordinates
@@ -65,6 +66,7 @@ class MotionInSpace(ShortRepr):
     matrices: GyroscopicSystem
     system: RotorSystem
     rotations: Array
+    mesh_motions: Array
 
     @cached_property
     def bearing_forces(self) -> tuple[Array, Array]:
@@ -185,6 +187,7 @@ def motion_in_space(
         matrices=matrices,
         system=system,
         rotations=rotations,
+        mesh_motions=np.stack([law.rows for law in laws]),
     )
 
 

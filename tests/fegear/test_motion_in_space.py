@@ -6,12 +6,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 from yielding_machines import SETTINGS, TORQUE, one_stage, two_stages
 
 import fegear
 from fegear.contact.solve import solve_cycle
 from fegear.files.errors import InputError
 from fegear.statics.axes import SLOPES
+from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.machine import loads_on_axes, machine_at_rest
 from fegear.train.model_settings import LumpedModel, resolve_model
 from fegear.train.space import POSITIONS, system_in_space
@@ -133,3 +135,68 @@ def test_a_shaft_without_thrust_bearings_is_named():
 
     with pytest.raises(InputError, match="bearing must take the thrust"):
         lumped_system(replace(bare, shafts=shafts), TORQUE, LumpedModel(motion="space"))
+
+
+def in_space(study, **settings):
+    excitation = ExcitationSettings(resolution="coarse")
+    return fegear.run(
+        study(
+            gear_set="helical-machine",
+            motion="space",
+            torque=40.0,
+            excitation=excitation,
+            **settings,
+        )
+    )
+
+
+def test_energies_of_modes_in_space_add_up():
+    result = in_space(fegear.NaturalModes)
+    modes = result.summary["modes"]
+    assert modes[0]["kind"] == "rigid rotation"
+    kinds = {mode["kind"].partition(" ")[0] for mode in modes[1:]}
+    assert kinds >= {"torsion", "bending", "tilting", "axial"}
+    for mode in modes[1:]:
+        parts = ("shaft", "bearing", "tilt")
+        strain = sum(mode["mesh_energy"]) + sum(mode[f"{p}_energy"] for p in parts)
+        assert strain == pytest.approx(1.0, abs=1e-6)
+        names = [name for name in mode if name.endswith("_motion")]
+        assert sum(mode[name] for name in names) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_exported_matrices_are_those_of_the_whole_machine():
+    arrays = in_space(fegear.ModelExport).arrays
+    mass, stiffness, load = (arrays[name] for name in ("M", "K", "load"))
+    squares, shapes = eigh(stiffness, mass)
+    frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
+    assert arrays["natural_frequency_Hz"][1:] == pytest.approx(frequencies[1:])
+    modes = in_space(fegear.NaturalModes).summary["natural_frequencies_Hz"]
+    for frequency in modes[:10]:
+        error = np.abs(frequencies / frequency - 1.0).min()
+        assert error < 1e-3
+    displacement = arrays["static_displacement"]
+    # but for the rotation of the whole train, which torques in balance do not move
+    assert stiffness @ displacement == pytest.approx(load, abs=1e-6 * load.max())
+    assert np.abs(shapes[:, 0] @ load) < 1e-6 * load.max()
+    gyroscopic = arrays["G"]
+    assert np.array_equal(gyroscopic, -gyroscopic.T)
+    assert gyroscopic.any()
+    force = arrays["mesh_stiffness_N_per_m"] * (arrays["mesh_vectors"] @ displacement)
+    assert arrays["static_mesh_force_N"] == pytest.approx(force)
+    tilts = arrays["mesh_tilt_vectors"]
+    # a shaft that moves as a whole along x does not tilt
+    along_x = [name.endswith(" x") for name in in_space(fegear.ModelExport).coordinates]
+    assert tilts @ np.array(along_x, float) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("study", "settings"),
+    [
+        (fegear.NaturalModes, {"stiffness": "given"}),
+        (fegear.ModelExport, {"stiffness": "fe"}),
+        (fegear.ModelExport, {"mesh": 1}),
+    ],
+)
+def test_models_of_the_plane_are_refused_in_space(study, settings):
+    with pytest.raises(InputError, match="motion = space; needs stiffness auto"):
+        in_space(study, **settings)

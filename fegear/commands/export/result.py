@@ -40,7 +40,10 @@ UNITS = {
     "M": "kg m2 of rotations, kg of translations",
     "C": "N m or N for 1 rad/s or 1 m/s",
     "K": "N m or N for 1 rad or 1 m",
+    "G": "N m or N for 1 rad/s or 1 m/s, at 1 rad/s of the first mesh's driver",
     "mesh_vectors": "m for 1 rad or 1 m",
+    "mesh_tilt_vectors": "rad for 1 rad or 1 m",
+    "mesh_tilt_stiffness_Nm_per_rad": "N m/rad",
     "mesh_stiffness_N_per_m": "N/m",
     "mesh_backlash_m": "m",
     "mesh_phase": "base pitches",
@@ -106,6 +109,11 @@ class ModelExportResult(StudyResult):
             "damping_ratio": train.damping_ratio,
             "torque_Nm": self.torque,
         }
+        if linear.in_space is not None:
+            values["G"] = linear.in_space.gyroscopic
+            values["mesh_tilt_vectors"] = linear.in_space.tilt_rows
+            stiffness = linear.in_space.tilt_stiffness
+            values["mesh_tilt_stiffness_Nm_per_rad"] = stiffness
         return {name: np.asarray(value, float) for name, value in values.items()}
 
     @property
@@ -130,14 +138,24 @@ class ModelExportResult(StudyResult):
     @cached_property
     def summary(self) -> dict[str, Any]:
         arrays = {name: value.tolist() for name, value in self.arrays.items()}
-        about = {"gear_set": self.gear_set, "translations": self.study.translations}
+        study = self.study
+        about = {
+            "gear_set": self.gear_set,
+            "translations": study.translations,
+            "motion": study.motion,
+        }
         return {
             **about,
             **self.texts,
             **arrays,
-            "units": UNITS,
+            "units": self.units,
             "warnings": list(self.warnings),
         }
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of all arrays by their names."""
+        return {name: unit for name, unit in UNITS.items() if name in self.arrays}
 
     @property
     def table(self) -> Table:
@@ -176,10 +194,16 @@ class ModelExportResult(StudyResult):
             )
         WRITERS.get(target.suffix.lower(), _write_json)(target, self)
 
+    @property
+    def _equation(self) -> str:
+        if self.linear.in_space is None:
+            return "M x'' + C x' + K x = load"
+        return "M x'' + (C + speed G) x' + K x = load"
+
     def page(self) -> Page:
         yield (
             f"{self.gear_set}, {self.torque:g} N m on the input gear: "
-            f"{len(self.coordinates)} coordinates, M x'' + C x' + K x = load"
+            f"{len(self.coordinates)} coordinates, {self._equation}"
         )
         if self.fmu_mesh is not None:
             yield (
@@ -205,7 +229,10 @@ class ModelExportResult(StudyResult):
 
 def unit_of_direction(direction: str) -> str:
     """Unit of a coordinate of unit mass for vibration of a body, rad or m."""
-    return {"rotation": "rad", "x": "m", "y": "m"}.get(direction, "m sqrt(kg)")
+    if direction in ("x", "y", "z"):
+        return "m"
+    is_angle = direction.startswith(("rotation", "tilt", "about"))
+    return "rad" if is_angle else "m sqrt(kg)"
 
 
 def _write_matlab(path: Path, result: ModelExportResult) -> None:
@@ -216,14 +243,14 @@ def _write_matlab(path: Path, result: ModelExportResult) -> None:
     }
     texts = {n: text_cells([[t] for t in names]) for n, names in result.texts.items()}
     rows = [[key, text] for key, text in result.inputs.items()]
-    more = {"units": UNITS, "inputs": text_cells(rows)}
+    more = {"units": result.units, "inputs": text_cells(rows)}
     write_matlab(path, {**numbers, **texts, **more})
 
 
 def _write_npz(path: Path, result: ModelExportResult) -> None:
     """Arrays of numbers and of texts; units and inputs as rows of name and text."""
     texts = {name: np.array(names, str) for name, names in result.texts.items()}
-    pairs = {"units": UNITS, "inputs": result.inputs}
+    pairs = {"units": result.units, "inputs": result.inputs}
     rows = {name: np.array([*entries.items()], str) for name, entries in pairs.items()}
     out = io.BytesIO()
     contents: Any = {**result.arrays, **texts, **rows}
@@ -234,7 +261,7 @@ def _write_npz(path: Path, result: ModelExportResult) -> None:
 def _write_json(path: Path, result: ModelExportResult) -> None:
     """Rows of matrices; null of a backlash that is infinite."""
     arrays = {name: value.tolist() for name, value in result.arrays.items()}
-    more = {"units": UNITS, "inputs": result.inputs}
+    more = {"units": result.units, "inputs": result.inputs}
     text = strict_json({**arrays, **result.texts, **more})
     write_text(path, text)
 

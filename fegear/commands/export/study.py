@@ -15,11 +15,18 @@ from fegear.files.output import listed
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
-from fegear.studies.settings import group, refuse_non_default, setting, setting_of
+from fegear.studies.settings import (
+    group,
+    refusal,
+    refuse_non_default,
+    setting,
+    setting_of,
+)
 from fegear.studies.study import NO_PICTURES, Study
 from fegear.studies.trains.gear_sets import GearSetRef
 from fegear.studies.trains.loads import chosen_torque, torque_setting
@@ -34,7 +41,9 @@ from fegear.train.loaded_modes import (
     linear_model_of_springs,
     system_of_modes,
 )
-from fegear.train.model_settings import LumpedModel
+from fegear.train.lumped_models import lumped_system
+from fegear.train.model_settings import GearMotion, LumpedModel
+from fegear.train.space_matrices import linear_model_in_space
 from lumped.common.checks import require_present
 from lumped.train.modes import natural_modes
 from lumped.train.train import Train
@@ -71,6 +80,7 @@ class ModelExport(
     translations: bool = setting_of(
         LumpedModel, "translations", option="--translations"
     )
+    motion: GearMotion = setting_of(LumpedModel, "motion", option="--motion")
     damping_ratio: float | None = setting_of(LumpedModel, "damping_ratio")
     stiffness: Literal["auto", "fe", "given"] = setting(
         "auto",
@@ -89,6 +99,8 @@ class ModelExport(
 
     def tasks(self) -> Iterator[Task]:
         gears = self.gears
+        if self.motion == "space" and (self.stiffness != "auto" or self.mesh):
+            raise refusal(self, "motion", "needs {stiffness} auto and no {mesh}")
         is_given = all(m.mean_stiffness for m in gears.meshes)
         if self.stiffness == "given" and is_given and self.mesh is None:
             reason = "the gear set gives all stiffness parameters, nothing is solved"
@@ -111,7 +123,9 @@ class ModelExport(
             linear = linear_model_of_springs(modes, train.damping_ratio)
             origins = [origin for _, origin in stiffnesses]
         fmu_mesh = None if self.mesh is None else self._fmu_mesh(gears, train, torque)
-        warnings = (*motion_warnings(gears),)
+        in_space = self.motion == "space"
+        warnings_of = gear_set_warnings if in_space else motion_warnings
+        warnings = (*warnings_of(gears),)
         return ModelExportResult(
             self, gears.name, torque, train, linear, origins, fmu_mesh, warnings
         )
@@ -123,9 +137,14 @@ class ModelExport(
         model = LumpedModel(
             number=1,
             translations=self.translations,
+            motion=self.motion,
             damping_ratio=self.damping_ratio,
             excitation=self.excitation,
         )
+        if self.motion == "space":
+            system = lumped_system(gears, torque, model)
+            origin = f"average over the cycle at {torque:g} N m on the input gear"
+            return linear_model_in_space(system), [origin] * len(gears.meshes)
         system, _ = system_of_modes(gears, torque, model)
         origin = f"at {torque:g} N m on the input gear"
         if system.contacts is None:

@@ -19,16 +19,19 @@ from fegear.train.resonances import default_speeds
 from lumped.train.coordinates import SPRING_KINDS
 from lumped.train.mode_families import Family, Whirl, multiplicities
 from lumped.train.modes import MIN_FELT_ENERGY, Modes
+from lumped.train.space_modes import HOUSING, SpaceShares
 from lumped.train.system import LumpedSystem
 
 COLUMN_OF_SPRINGS = {
     "shaft": "\nshafts\n[%]",
     "bearing": "\nbearings\n[%]",
     "body": "\nbodies\n[%]",
+    "tilt": "\nteeth in\ntilt [%]",
 }
 
 MIN_SHOWN_ENERGY = 5e-4  # part of the energy; a column without a larger one is left out
 
+SHOWN_IN_SPACE = 24  # modes in space, on the screen
 MAX_COLUMNS = 3  # of meshes with a column of their own on the screen
 
 MIN_MESH_ENERGY_FRACTION = (
@@ -48,6 +51,7 @@ class ModesResult(StudyResult):
     reason : why the model was chosen, empty where it was given
     families : of the modes of a planetary set, empty for others
     whirl : senses of the orbits of its members at speed, empty at rest
+    shares : of modes in space, None of others
     """
 
     study: Any
@@ -62,6 +66,7 @@ class ModesResult(StudyResult):
     gear_warnings: tuple[str, ...] = ()
     families: tuple[Family, ...] = ()
     whirl: tuple[Whirl, ...] = ()
+    shares: SpaceShares | None = None
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -71,6 +76,7 @@ class ModesResult(StudyResult):
             "model_reason": self.reason or None,
             "torque_Nm": self.torque,
             "translations": study.translations,
+            "motion": study.motion,
             "input_speed_rpm": study.rpm,
             "damping_ratio": self.damping_ratio,
             "mean_stiffness": [
@@ -92,7 +98,8 @@ class ModesResult(StudyResult):
                         f"{part}_energy": v[i]
                         for part, v in self._parts_without_mesh.items()
                     },
-                    "kind": name_mode(modes, i),
+                    "kind": self._kind(i),
+                    **self._kinetic_values(i),
                     **self._family_values(i),
                 }
                 for i in range(modes.frequency_Hz.size)
@@ -107,11 +114,32 @@ class ModesResult(StudyResult):
         What is left of the coupled model is in the bodies of the gears.
         """
         modes = self.modes
+        if self.shares is not None:
+            return {kind: part.tolist() for kind, part in self.shares.strain.items()}
         parts = {kind: modes.spring_energy(kind) for kind in SPRING_KINDS}
         if self.system is not None:
             outside_bodies = modes.mesh_energy.sum(axis=0) + sum(parts.values())
             parts["body"] = np.where(modes.strain > 0.0, 1.0 - outside_bodies, 0.0)
         return {kind: part.tolist() for kind, part in parts.items()}
+
+    def _kind(self, i: int) -> str:
+        """What moves most in a mode."""
+        if self.shares is None:
+            return name_mode(self.modes, i)
+        if self.modes.frequency_Hz[i] == 0.0:
+            return "rigid rotation"
+        kind, shaft = self.shares.kind(i), int(self.shares.shaft[i])
+        if kind == HOUSING:
+            return kind
+        gears = self.study.gears
+        names = [gears.gears[gear].name for gear in gears.shafts[shaft].gears]
+        return f"{kind} of {'+'.join(names)}"
+
+    def _kinetic_values(self, i: int) -> dict[str, float]:
+        """Parts of the kinetic energy of a mode in space, empty of others."""
+        if self.shares is None:
+            return {}
+        return {f"{m}_motion": float(p[i]) for m, p in self.shares.kinetic.items()}
 
     def _family_values(self, i: int) -> dict[str, Any]:
         """Family, multiplicity and whirl of a mode of a planetary set, None for
@@ -145,23 +173,25 @@ class ModesResult(StudyResult):
         parts = [f"{kind}_energy" for kind in self._parts_without_mesh]
         last_names = ["kind", *(("family", "multiplicity") if self.families else ())]
         last_names += ["whirl"] if self.whirl else []
+        moving = [f"{m}_motion" for m in self.shares.kinetic] if self.shares else []
         names = (
             *first_names,
             *(f"mesh{m}_energy_fraction" for m in meshes),
-            *(f"{part}_fraction" for part in parts),
+            *(f"{part}_fraction" for part in (*parts, *moving)),
             *last_names,
         )
         rows = [
             (
                 *(math.nan if mode[key] is None else mode[key] for key in first_names),
                 *mode["mesh_energy"],
-                *(mode[key] for key in (*parts, *last_names)),
+                *(mode[key] for key in (*parts, *moving, *last_names)),
             )
             for mode in self.summary["modes"]
         ]
         header = {
             "gear set": self.gear_set,
             "translations": "yes" if self.study.translations else "no",
+            "motion": self.study.motion,
             **({"input speed": f"{self.study.rpm:g} rpm"} if self.whirl else {}),
             **{f"mesh {m}": self.origins[m - 1] for m in meshes},
             **self.study.gear_set.entries,
@@ -205,13 +235,16 @@ class ModesResult(StudyResult):
         yield ColumnTable(frequencies, columns, "natural\nfrequency\n[Hz]", title)
         if others := values["modes"][len(modes) :]:
             ends = (others[0]["frequency_Hz"], others[-1]["frequency_Hz"])
+            added = ", which the bodies add" if self.shares is None else ""
             yield (
                 f"{pluralize(len(others), 'more mode')}, {ends[0]:.1f} to "
-                f"{ends[1]:.1f} Hz, which the bodies add: all by -o or --json"
+                f"{ends[1]:.1f} Hz{added}: all by -o or --json"
             )
 
     def _modes_in_page(self, modes: list[dict[str, Any]]) -> list[dict[str, Any]]:
         """The lowest modes, as many as the train has with rigid bodies."""
+        if self.shares is not None:
+            return modes[:SHOWN_IN_SPACE]
         if self.system is None:
             return modes
         return modes[: self.system.modes.frequency_Hz.size]

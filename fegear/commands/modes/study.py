@@ -11,6 +11,7 @@ from fegear.commands.modes.result import ModesResult
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
+from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
@@ -32,11 +33,13 @@ from fegear.train.loaded_modes import (
     system_of_modes,
 )
 from fegear.train.lumped_models import lumped_system
-from fegear.train.model_settings import LumpedModel
+from fegear.train.model_settings import GearMotion, LumpedModel
 from fegear.train.rotating_frame import frame_warnings, speed_warnings
+from lumped.common.checks import require_present
 from lumped.train.mode_families import mode_families, whirl_senses
 from lumped.train.modes import Modes, natural_modes
 from lumped.train.rotating_frame import RotatingFrameModes, whirl_modes
+from lumped.train.space_modes import SpaceShares, space_shares
 from lumped.train.system import LumpedSystem
 from lumped.train.train import Train
 
@@ -56,6 +59,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
     translations: bool = setting_of(
         LumpedModel, "translations", option="--translations"
     )
+    motion: GearMotion = setting_of(LumpedModel, "motion", option="--motion")
     stiffness: Literal["auto", "coupled", "fe", "given"] = setting(
         "auto",
         "Mesh stiffness. auto: coupled, or averages of model 1 where the gear set "
@@ -94,6 +98,11 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
                 "needs a planetary set and {translations}, whose modes depend on it"
             )
             raise refusal(self, "rpm", needed)
+        if self.motion == "space":
+            if self.stiffness != "auto":
+                raise refusal(self, "motion", "needs {stiffness} auto")
+            yield Task("modes", partial(self._modes_in_space, self.load or 0.0))
+            return
         is_by_averages = self.stiffness in ("fe", "given")
         solve = self._modes_of_averages if is_by_averages else self._modes_under_load
         yield Task("modes", partial(solve, self.load))
@@ -122,6 +131,20 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         return self._result(
             load, system.train, modes, origins, system, tuple(averages), reason
         )
+
+    def _modes_in_space(self, torque: float, job: Job) -> ModesResult:
+        model = LumpedModel(
+            number=1,
+            translations=self.translations,
+            motion="space",
+            excitation=self.excitation,
+        )
+        system = lumped_system(self.gears, torque, model)
+        space = require_present(system.space, "motion in space")
+        shares = space_shares(space, system.modes)
+        origin = f"average over the cycle at {torque:g} N m on the input gear"
+        origins = [origin] * len(self.gears.meshes)
+        return self._result(torque, system.train, system.modes, origins, shares=shares)
 
     def _modes_of_averages(self, load: float | None, job: Job) -> ModesResult:
         torque = load or 0.0
@@ -153,7 +176,9 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         system: LumpedSystem | None = None,
         averages: tuple[float | None, ...] = (),
         reason: str = "",
+        shares: SpaceShares | None = None,
     ) -> ModesResult:
+        warnings_of = gear_set_warnings if self.motion == "space" else motion_warnings
         at_speed = modes if isinstance(modes, RotatingFrameModes) else None
         return ModesResult(
             *(self, self.gears.name, load, train.damping_ratio, modes, origins),
@@ -161,10 +186,11 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
             averages=averages,
             reason=reason,
             gear_warnings=(
-                *motion_warnings(self.gears),
+                *warnings_of(self.gears),
                 *frame_warnings(train),
                 *(speed_warnings(at_speed) if at_speed else ()),
             ),
             families=mode_families(train, modes) if train.carrier else (),
             whirl=whirl_senses(train, at_speed) if at_speed else (),
+            shares=shares,
         )
