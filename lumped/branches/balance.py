@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from lumped.branches.series import Series
+from lumped.branches.space_forces import SpaceForces
 from lumped.branches.springs import SpringForces
 from lumped.common.array_types import Array, Complex
 from lumped.kernels.arrays import ContactPieces
@@ -58,6 +59,10 @@ class HarmonicBalance:
             raise TrainError("friction must be 0; harmonic balance leaves it out")
         if self.system.contacts is not None:
             raise TrainError("the coupled model is not of springs, see PeriodMap")
+        if self.system.space is not None and self.steepness is not None:
+            raise TrainError(
+                "steepness: contact that closes by tanh is of gears in the plane"
+            )
         for name in ("harmonics", "multiple"):
             if getattr(self, name) < 1:
                 value = getattr(self, name)
@@ -85,7 +90,8 @@ class HarmonicBalance:
         min_pieces = max(
             MIN_PIECES_PER_PERIOD * rate, PIECES_PER_HARMONIC * self.harmonics
         )
-        return SpringForces(self.system, self.series, min_pieces, self.steepness)
+        kind = SpringForces if self.system.space is None else SpaceForces
+        return kind(self.system, self.series, min_pieces, self.steepness)
 
     @property
     def size(self) -> float:
@@ -183,7 +189,7 @@ class HarmonicBalance:
         from lumped.kernels import orbit as kernel
 
         pieces = self.forces.pieces(x.reshape(self.shape))
-        damping = self.forces.damping
+        damping = self.forces.damping_at(frequency)
         tangent = np.ascontiguousarray(self.forces.modal(pieces.slope))
         state = np.eye(2 * len(damping))
         kernel.integrate_changes(tangent, damping, pieces.length / frequency, state)

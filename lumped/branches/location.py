@@ -16,8 +16,9 @@ import numpy as np
 
 from lumped.branches.balance import HarmonicBalance
 from lumped.branches.motions import PeriodicProblem
-from lumped.branches.shooting import ADAPTIVE
+from lumped.branches.shooting import exact_steps
 from lumped.common.array_types import Array, Complex
+from lumped.common.checks import require_present
 from lumped.continuation.arc_length import NoSolution
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import stepper_of
@@ -59,9 +60,10 @@ class Shooting:
     def change(self, z: Array) -> Array:
         """Change of the scaled state over a period (2 n,); raises NoSolution."""
         balance, frequency = self.motions.at(self.value(z))
-        stepper, state = stepper_of(balance.system, ADAPTIVE), self.state(z)
+        steps, state = exact_steps(balance.system), self.state(z)
+        stepper = stepper_of(balance.system, steps)
         try:
-            end, _ = stepper.record(state, Speed(frequency, ADAPTIVE), balance.multiple)
+            end, _ = stepper.record(state, Speed(frequency, steps), balance.multiple)
         except Diverged as error:
             raise NoSolution("the motion diverges") from error
         return np.asarray(((end - state) / self.size).ravel())
@@ -162,10 +164,12 @@ def integrated_unknowns(
     """Unknowns of the motion that a state (2, n) sets out on."""
     from scipy.interpolate import CubicHermiteSpline
 
-    settings = replace(ADAPTIVE, steps=STEPS_PER_PERIOD)
+    settings = replace(exact_steps(balance.system), steps=STEPS_PER_PERIOD)
     stepper, speed = stepper_of(balance.system, settings), Speed(frequency, settings)
-    _, history = stepper.record(state, speed, balance.multiple)
-    spline = CubicHermiteSpline(history.time, history.deflection, history.rate)
+    _, history = stepper.record(state, speed, balance.multiple, with_states=True)
+    states = require_present(history.states, "states")
+    motion = balance.forces.of_modes(states).swapaxes(0, 1)
+    spline = CubicHermiteSpline(history.time, *motion)
     count = 8 * balance.series.rows
     samples = spline(history.time[-1] * np.arange(count) / count)
     return np.asarray(balance.series.of_samples(samples).ravel())

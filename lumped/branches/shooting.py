@@ -19,12 +19,19 @@ from lumped.steady.integration_settings import Settings
 from lumped.steady.measures import measure_motion
 from lumped.steady.steady_state import Diverged, Speed
 from lumped.steady.steppers import stepper_of
+from lumped.train.system import LumpedSystem
 
 NEWTON_TOL = 1e-7  # largest last correction, of the state's size
 MAX_CORRECTIONS = 20
 ADAPTIVE = Settings(method="dopri5", accuracy=1e-11)
 FIXED = Settings(steps=512)  # of the coupled model
+IN_SPACE = Settings(steps=512)  # of gears that move in space
 FINEST = replace(SPRING_STEPS, accuracy=1e-12, steps=256)  # of springs, of a PeriodMap
+
+
+def exact_steps(system: LumpedSystem) -> Settings:
+    """Steps that leave little error of springs, adaptive ones where there are."""
+    return ADAPTIVE if system.space is None else IN_SPACE
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +55,8 @@ def shoot(balance: PeriodicMotion, x: Array, frequency: float) -> Shot:
     if isinstance(balance, PeriodMap):
         finer = FINEST if balance.system.contacts is None else FIXED
         return _shoot_finer(replace(balance, steps=finer), x, frequency)
-    stepper, speed = stepper_of(balance.system, ADAPTIVE), Speed(frequency, ADAPTIVE)
+    steps = exact_steps(balance.system)
+    stepper, speed = stepper_of(balance.system, steps), Speed(frequency, steps)
     state = balance.state(x, frequency)
     change = balance.monodromy(x, frequency) - np.eye(state.size)
     size = np.abs(state).max(axis=1, keepdims=True)

@@ -65,9 +65,11 @@ class SpringForces:
         """Coordinates (d,) under the loads alone."""
         return self.system.static_deflection
 
-    @property
-    def damping(self) -> Array:
-        """Damping of the modes (n, n) [1/s]."""
+    def damping_at(self, frequency: float) -> Array:
+        """Damping of the modes (n, n) [1/s], and gyroscopic forces.
+
+        frequency : of the first mesh [Hz]
+        """
         return np.diag(self.arrays.damping)
 
     def receptance(self, omega: Array) -> tuple[Complex, Complex]:

@@ -156,8 +156,31 @@ class TrainExcitation:
             np.tile(np.diff(times), self.repetitions), stiffness, gap
         )
 
+    @property
+    def _places_of_springs(self) -> list[Wave]:
+        """Places of the springs of gears that move in space, none of others."""
+        pairs = [pair for mesh in self.meshes for pair in mesh.pairs]
+        return [pair.place for pair in pairs if pair.place is not None]
+
+    def places_at(self, times: Array, side: int = 1) -> Array:
+        """Places of springs along the axis at times.
+
+        Parameters
+        ----------
+        times : array
+            Times [periods of the first mesh].
+        side : int, optional
+            -1 for the limit from below.
+
+        Returns
+        -------
+        array
+            Places (..., p) [m].
+        """
+        return self._values(self._places_of_springs, times, side)
+
     def places_in_space(self, times: Array) -> Array:
-        """Places (s, 3, p) of springs along the axis at the steps, as `sample_steps`.
+        """Places of springs along the axis at the steps, as `sample_steps`.
 
         Parameters
         ----------
@@ -167,10 +190,9 @@ class TrainExcitation:
         Returns
         -------
         array
-            Places [m].
+            Places (s, 3, p) [m].
         """
-        pairs = [pair for mesh in self.meshes for pair in mesh.pairs]
-        return self.sample_steps([pair.place for pair in pairs if pair.place], times)
+        return self.sample_steps(self._places_of_springs, times)
 
     def sample_steps(self, waves: Sequence[Wave], times: Array) -> Array:
         """Values (s, 3, p) of a wave per pair at start, middle and end of all steps.

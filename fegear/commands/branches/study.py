@@ -37,6 +37,7 @@ from fegear.studies.trains.model_texts import body_modes_warnings, natural_in_wo
 from fegear.studies.trains.models import (
     ALL_MODELS,
     EXCITATION,
+    SPACE,
     lumped_model,
     tables_setting,
 )
@@ -124,7 +125,7 @@ class Branches(
         metavar="PER_UM",
     )
     finding: BranchSettings = group(FINDER_HELP)
-    model: LumpedModel = lumped_model(ALL_MODELS | {"excitation": EXCITATION})
+    model: LumpedModel = lumped_model(ALL_MODELS | SPACE | {"excitation": EXCITATION})
     table: tuple[str, ...] = tables_setting()
 
     def __post_init__(self) -> None:
@@ -135,6 +136,8 @@ class Branches(
             self._require_rpm()
         else:
             self._require_speeds()
+        if self.model.motion == "space":
+            self._require_balance()
         if self.model.number == "coupled" or self.is_shooting:
             self._refuse_balance()
 
@@ -164,6 +167,15 @@ class Branches(
             raise InputError(f"{over} KEY=A:B needs a mesh frequency, {at} HZ")
         elif self.table:
             raise refusal(self, "table", "{over} varies what tables hold")
+
+    def _require_balance(self) -> None:
+        """Refuse what harmonic balance of motion in space does not have."""
+        reason = "{motion} space has harmonic balance with true contact"
+        if self.is_shooting:
+            reason = reason.format(motion=display_name(self, "motion"))
+            raise refusal(self.finding, "solver", reason, FINDER_HELP)
+        if self.steepness is not None:
+            raise refusal(self, "steepness", reason)
 
     def _refuse_balance(self) -> None:
         """Refuse what belongs to harmonic balance, where motions are integrated."""
