@@ -192,7 +192,8 @@ class LumpedModel(ShortRepr):
     def name(self) -> str:
         """The name of the model in files and on screens."""
         left_out = "".join(f", without {name}" for name in self.without)
-        return f"{self.number}{left_out}"
+        in_space = " in space" if self.motion == "space" else ""
+        return f"{self.number}{in_space}{left_out}"
 
     @property
     def excitations(self) -> ExcitationSource:

@@ -192,6 +192,9 @@ def _legend_of_sweep(
     draw_legend(figure, entries, min(len(entries), 6))
 
 
+SPRINGS = "start", "middle", "end"  # of the face width, where springs are
+
+
 def draw_time_history(motion: TimeHistory, title: str = "") -> Figure:
     """Plot deflection, forces, contact, phase plane and spectrum of each mesh."""
     meshes, heights = len(motion.pairs), (1.0, 1.3, 0.6, 1.5, 1.0)
@@ -223,8 +226,10 @@ def _draw_over_time(
     force.plot(x, 1e-3 * history.force[shown, m], "k", lw=1.0)
     force.set_ylabel("force [kN]")
     force.set_ylim(top=1.2 * force.get_ylim()[1])
-    _legend_of_forces(force)
+    _legend_of_forces(force, _is_in_space(motion))
     _draw_states(state, x, pairs.state[shown], pairs.in_mesh[shown])
+    if _is_in_space(motion):
+        state.set_yticklabels(SPRINGS)
     for axes in shown_in:
         axes.set_xlim(0.0, x[-1])
     left = "" if shown.all() else f", of {periods[-1]:.0f}"
@@ -242,6 +247,8 @@ def _draw_teeth(
     periods = motion.history.time[shown] * _mesh_frequency(motion, m)
     phase = motion.system.train.meshes[m].phase
     cycle = np.floor(periods + phase + 1e-9).astype(int)
+    if _is_in_space(motion):  # springs stay where they are
+        cycle = np.zeros_like(cycle)
     force = np.where(pairs.in_mesh[shown], 1e-3 * pairs.force[shown], np.nan)
     rows, columns = np.arange(cycle.size), force.shape[1]
     for tooth in range(cycle[0] - columns + 1, cycle[-1] + 1):
@@ -255,15 +262,23 @@ def _draw_teeth(
         axes.plot(periods, tooth_force, color=color, lw=width)
 
 
-def _legend_of_forces(axes: Axes) -> None:
-    """The colours that successive tooth pairs have in turn, and that of their sum."""
+def _is_in_space(motion: TimeHistory) -> bool:
+    return motion.system.space is not None
+
+
+def _legend_of_forces(axes: Axes, is_in_space: bool) -> None:
+    """The colours that tooth pairs have in turn, or springs, and that of their sum."""
     from matplotlib.legend_handler import HandlerTuple
     from matplotlib.lines import Line2D
 
-    pairs = tuple(Line2D([], [], color=color, lw=lw) for color, lw in TOOTH_LINES)
+    pairs = [Line2D([], [], color=color, lw=lw) for color, lw in TOOTH_LINES]
+    parts, names = [tuple(pairs)], ["tooth pairs in turn"]
+    if is_in_space:
+        # the column of a spring is the negative of its tooth
+        parts, names = [(pairs[-p % len(pairs)],) for p in range(3)], [*SPRINGS]
     axes.legend(
-        [pairs, Line2D([], [], color="black", lw=1.0)],
-        ["tooth pairs in turn", "mesh"],
+        [*parts, Line2D([], [], color="black", lw=1.0)],
+        [*names, "mesh"],
         handler_map={tuple: HandlerTuple(ndivide=None)},
         handlelength=4.0,
         fontsize=8,

@@ -31,11 +31,17 @@ NEGLECTED = {  # of what the coupled model has
 
 STATIC_ERROR = 0.1  # allowed relative error of the peak to peak at rest
 
+NEGLECTED_IN_SPACE = (
+    "stiffening beyond the load at rest and vibration of the gears' bodies"
+)
+
 
 def left_out_line(model: LumpedModel) -> str:
     """Sentence that says what a model lacks of the coupled one, or empty."""
     if model.number not in NEGLECTED:
         return ""
+    if model.motion == "space":
+        return f"model {model.name} leaves out {NEGLECTED_IN_SPACE}"
     return f"model {model.number} leaves out {NEGLECTED[model.number]}"
 
 
