@@ -86,12 +86,12 @@ def too_soft_along_axis(gear_set: GearSet, index: int, thrust: float) -> str | N
         return None
     names = "+".join(gear_set.gears[gear].name for gear in shaft.gears)
     most_mm = f"{most / MM:.6g}"
+    moved_mm = apart_from(abs(thrust) / total / MM, most_mm)
     return (
         f"{gear_set.name}: shaft {index + 1}, {names}: bearing_kz_N_per_m = "
         f"{', '.join(map(shown, stiffnesses))}; the thrust of {abs(thrust):.4g} N "
-        f"moves the shaft by {apart_from(abs(thrust) / total / MM, most_mm)} mm along its "
-        f"axis, at most {most_mm} mm is allowed, a tenth of the face width, which "
-        f"needs {ceiled(abs(thrust) / most)} N/m or more in all"
+        f"moves the shaft by {moved_mm} mm along its axis, at most {most_mm} mm is "
+        f"allowed, a tenth of the face width, which needs {ceiled(abs(thrust) / most)} N/m or more in all"
     )
 
 

@@ -10,7 +10,12 @@ import pytest
 from small_sets import PAIR
 
 import fegear
-from fegear.commands.shafts.loads import bending_stress, meshes_on_shafts, tooth_torques
+from fegear.commands.shafts.loads import (
+    bending_stress,
+    loaded_shafts,
+    meshes_on_shafts,
+    tooth_torques,
+)
 from fegear.files.errors import InputError
 from fegear.files.toml import toml_text
 from fegear.gearset import load_gear_set
@@ -189,6 +194,20 @@ def test_bearings_tilt_a_rigid_shaft_by_their_own_displacements(result, machine)
         role = gears.meshes[number].gears.index(gear)
         expected = sign * mesh.width * float(slope @ push)
         assert mesh.by_bearings[role] == pytest.approx(expected, rel=1e-6)
+
+
+def test_thrust_is_that_of_show_but_for_contact_of_tip_corners(result, machine):
+    """Forces of tip corners have shorter arms about the axis."""
+    thrusts = [-shaft_axial_force(machine.gear_set, gear, 40.0) for gear in (0, 1, 3)]
+    on_path, with_corners = np.zeros(3), np.zeros(3)
+    for index, shaft in enumerate(loaded_shafts(machine)):
+        on_path[index] = shaft.solution.reactions[:, 2].sum()
+    for index, shaft in enumerate(result.shafts):
+        with_corners[index] = shaft.solution.reactions[:, 2].sum()
+    assert on_path == pytest.approx(thrusts, rel=1e-9)
+    excess = with_corners / thrusts - 1.0
+    assert (excess > 1e-5).all()
+    assert (excess < 1e-3).all()
 
 
 def test_gears_amid_equal_bearings_stay_parallel():
