@@ -91,7 +91,8 @@ def too_soft_along_axis(gear_set: GearSet, index: int, thrust: float) -> str | N
         f"{gear_set.name}: shaft {index + 1}, {names}: bearing_kz_N_per_m = "
         f"{', '.join(map(shown, stiffnesses))}; the thrust of {abs(thrust):.4g} N "
         f"moves the shaft by {moved_mm} mm along its axis, at most {most_mm} mm is "
-        f"allowed, a tenth of the face width, which needs {ceiled(abs(thrust) / most)} N/m or more in all"
+        "allowed, a tenth of the face width, which needs "
+        f"{ceiled(abs(thrust) / most)} N/m or more in all"
     )
 
 
