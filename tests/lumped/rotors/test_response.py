@@ -127,7 +127,7 @@ def test_forces_at_rest_give_the_deflection_at_rest():
 
 @pytest.mark.parametrize("ratio", [0.0, 0.04], ids=["bearings alone", "modal too"])
 def test_cross_stiffness_grows_where_it_exceeds_damping_times_frequency(ratio):
-    """Of m x'' + c x' + k x = -q y and m y'' + c y' + k y = q x: q above c sqrt(k/m)."""
+    """Both axes: m x'' + c x' + k x = -q y grows for q above c sqrt(k/m)."""
     stiffness, damping, mass = 2e6, 40.0, 3.0
     frequency = np.sqrt(stiffness / mass)
     limit = (damping + 2.0 * ratio * mass * frequency) * frequency
