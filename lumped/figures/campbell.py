@@ -26,7 +26,7 @@ KIND_COLORS: dict[ModeKind, str] = {
 }
 # of orders, none that a kind of mode has; with the styles 28 lines differ
 ORDER_COLORS = (
-    *("black", "tab:cyan", "tab:olive", "deeppink", "goldenrod", "navy", "0.55"),
+    *("black", "tab:cyan", "tab:orange", "deeppink", "limegreen", "navy", "0.55"),
 )
 ORDER_STYLES = "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5))
 UNSTABLE_COLOR = "tab:orange"

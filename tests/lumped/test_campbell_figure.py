@@ -14,10 +14,11 @@ from lumped.figures.campbell import (
 
 def diagram(orders: int):
     """One mode of every kind, and lines of orders."""
-    kinds = 5
+    kinds = len(KIND_COLORS)
     rpm, rest = np.linspace(0.0, 6000.0, 3), np.zeros((3, kinds))
-    whirl, torsion, axial = rest.copy(), rest.copy(), rest.copy()
-    whirl[:, 0], whirl[:, 1], torsion[:, 3], axial[:, 4] = 1.0, -1.0, 1.0, 1.0
+    whirl, torsion, axial, housing = (rest.copy() for _ in range(4))
+    whirl[:, 0], whirl[:, 1], torsion[:, 3] = 1.0, -1.0, 1.0
+    axial[:, 4], housing[:, 5] = 1.0, 1.0
     curves = CampbellCurves(
         rpm=rpm,
         frequency_Hz=np.tile(100.0 * np.arange(1, kinds + 1), (3, 1)),
@@ -25,6 +26,7 @@ def diagram(orders: int):
         whirl=whirl,
         torsion=torsion,
         axial=axial,
+        housing=housing,
         mesh_energy=rest,
     )
     lines = [OrderLine(f"order {n}", float(n)) for n in range(1, orders + 1)]
