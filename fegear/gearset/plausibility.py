@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from fegear.files.codes import with_code
 from fegear.gearset.housing import housing_warnings
 from fegear.gearset.model import Gear, GearSet
@@ -28,6 +30,7 @@ MIN_OVERLAP_MM = 1e-3
 MAX_THINNING = 0.2  # of a measured tooth, to either side [modules]
 TYPICAL_MESH_STIFFNESS = 2e10  # of steel teeth, per face width [N/m2], as in ISO 6336
 MAX_RIGID_SHARE = 0.1
+LENGTH_RTOL = 1e-9  # of diameters and places that are alike but for round-off
 MAX_SHIFT = 1.5  # the same of its profile shift
 
 
@@ -39,6 +42,7 @@ def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
         yield from _material_warnings(gear)
         yield from _thickness_warnings(gear)
         yield from _spring_warnings(gear)
+    yield from _thick_shaft_warnings(gear_set)
     yield from _overlap_warnings(gear_set)
     for number, mesh in enumerate(gear_set.meshes, start=1):
         yield from undercut_warnings(number, mesh.pair)
@@ -94,6 +98,29 @@ def _spring_warnings(gear: Gear) -> Iterator[str]:
             f"{share:.2g} times the deflection of a usual mesh; its inertia in that "
             "motion is part of the coupled model and of fidelity reduced alone",
         )
+
+
+def _thick_shaft_warnings(gear_set: GearSet) -> Iterator[str]:
+    """External gears whose teeth would be in the section of the shaft that bears them.
+
+    Sections that end at a face of the gear are beside it.
+    """
+    for number, shaft in enumerate(gear_set.shafts, start=1):
+        if shaft.body is None:
+            continue
+        ends = np.concatenate([[0.0], np.cumsum(shaft.body.lengths)])
+        for index, position in zip(shaft.gears, shaft.body.gear_positions, strict=True):
+            gear = gear_set.gears[index]
+            reach = 0.5 * gear.face_width - LENGTH_RTOL * ends[-1]
+            is_under = (ends[1:] > position - reach) & (ends[:-1] < position + reach)
+            diameter = float(np.max(shaft.body.diameters, where=is_under, initial=0.0))
+            root = 2.0 * gear.geometry.root_radius
+            if gear.geometry.sign > 0 and diameter > root * (1.0 + LENGTH_RTOL):
+                yield with_code(
+                    "W71",
+                    f"shaft {number}: diameters_mm = {1e3 * diameter:.6g} under gear "
+                    f'"{gear.name}" is above its root diameter, {1e3 * root:.6g} mm',
+                )
 
 
 def _overlap_warnings(gear_set: GearSet) -> Iterator[str]:

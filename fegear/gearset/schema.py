@@ -885,8 +885,9 @@ class ShaftEntry(Keys):
     )
     driven_from: ShaftEnd | None = Field(
         default=None,
-        description="End at which torque from outside enters or leaves the shaft; "
-        "start is the first end. Its gear then twists over the face width at rest. "
+        description="End of the shaft at which torque from outside enters or leaves; "
+        "start is the near end, from which positions_mm count. Its gear then twists "
+        "over the face width at rest. "
         "[default: it is not known, and the gear does not twist]",
     )
     rolling_bearings: Entries[MountedBearingEntry] = Field(

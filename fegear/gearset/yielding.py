@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -9,11 +10,15 @@ from fegear.files.errors import InputError
 from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.leads import require_one_helix
 from fegear.gearset.model import GearSet, Shaft
+from fegear.gearset.problems import shown
 from fegear.gearset.shaft_bodies import ShaftBody
+from lumped.common.units import MM
+from meshes.gear import apart_from, ceiled
 
 # entry of a table's header
 SHAFTS, YIELD = "shafts and bearings", "yield under the forces of teeth"
 LEAVE_OUT = "or shafts left out, shafts = off"
+MAX_AXIAL_SHARE = 0.1  # of a face width, by which a shaft yields along its axis
 
 
 def on_shafts(gear_set: GearSet) -> GearSet:
@@ -62,6 +67,33 @@ def missing_thrust_path(gear_set: GearSet) -> str | None:
                     "the thrust"
                 )
     return None
+
+
+def too_soft_along_axis(gear_set: GearSet, index: int, thrust: float) -> str | None:
+    """Why linear bearings of a shaft are too soft along its axis, None if they are not.
+
+    Contact is that of gears that stay beside each other: a shaft may yield by a small
+    part of its least face width.
+
+    thrust : of all gears on the shaft [N]
+    """
+    shaft = gear_set.shafts[index]
+    bearings = shaft.body.bearings if shaft.body is not None else ()
+    stiffnesses = [bearing.axial_stiffness or 0.0 for bearing in bearings]
+    total = math.fsum(stiffnesses)
+    most = MAX_AXIAL_SHARE * min(gear_set.gears[g].face_width for g in shaft.gears)
+    if not total or abs(thrust) <= most * total:
+        return None
+    names = "+".join(gear_set.gears[gear].name for gear in shaft.gears)
+    most_mm = f"{most / MM:.6g}"
+    moved_mm = apart_from(abs(thrust) / total / MM, most_mm)
+    return (
+        f"{gear_set.name}: shaft {index + 1}, {names}: bearing_kz_N_per_m = "
+        f"{', '.join(map(shown, stiffnesses))}; the thrust of {abs(thrust):.4g} N "
+        f"moves the shaft by {moved_mm} mm along its axis, at most {most_mm} mm is "
+        "allowed, a tenth of the face width, which needs "
+        f"{ceiled(abs(thrust) / most)} N/m or more in all"
+    )
 
 
 def _takes_thrust(body: ShaftBody) -> bool:

@@ -10,6 +10,7 @@ linearised at these: their gears move by q = offset + C p under loads p.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -23,7 +24,7 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.shaft_rotors import rolling_supports, shaft_rotor
 from fegear.gearset.torsion import torsional_flexibility
-from fegear.gearset.yielding import yielding_shafts
+from fegear.gearset.yielding import too_soft_along_axis, yielding_shafts
 from lumped.common.array_types import Array
 from lumped.rotors.description import Rotor, RotorError
 from lumped.rotors.rolling_statics import (
@@ -199,21 +200,37 @@ def body_torsion(gear_set: GearSet, gear: int) -> BodyTorsion | None:
 
 
 def require_thrust_on_bearings(gear_set: GearSet, torques: Sequence[float]) -> None:
-    """Raise InputError for a thrust that no rolling bearing of a shaft takes.
+    """Raise InputError for a thrust that bearings of a shaft do not take.
+
+    No rolling bearing has its sense, or linear ones yield too much, see
+    `fegear.gearset.yielding.too_soft_along_axis`.
 
     torques : on the drivers of all meshes [N m]
     """
-    for shaft in rolling_shafts(gear_set).values():
-        axial = [
-            sign * axial_force_on_driver(gear_set, mesh, torque)
-            for mesh, torque in enumerate(torques)
-            for gear, sign in zip(gear_set.meshes[mesh].gears, (1.0, -1.0), strict=True)
-            if gear in shaft.gears
-        ]
+    rolling = rolling_shafts(gear_set)
+    for index, shaft in yielding_shafts(gear_set):
+        axial = _axial_forces(gear_set, shaft.gears, torques)
+        if index not in rolling:
+            if refusal := too_soft_along_axis(gear_set, index, math.fsum(axial)):
+                raise InputError(refusal)
+            continue
         try:
-            require_thrust_taken(shaft.rotor.name, shaft.supports, axial)
+            supports = rolling[index].supports
+            require_thrust_taken(rolling[index].rotor.name, supports, axial)
         except RotorError as error:
             raise InputError(f"{gear_set.name}: {error}") from None
+
+
+def _axial_forces(
+    gear_set: GearSet, gears: Sequence[int], torques: Sequence[float]
+) -> list[float]:
+    """Mean axial forces on gears of a shaft in all their meshes [N]."""
+    return [
+        sign * axial_force_on_driver(gear_set, mesh, torque)
+        for mesh, torque in enumerate(torques)
+        for gear, sign in zip(gear_set.meshes[mesh].gears, (1.0, -1.0), strict=True)
+        if gear in gears
+    ]
 
 
 def rolling_shafts(gear_set: GearSet) -> dict[int, RollingShaft]:

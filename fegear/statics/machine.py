@@ -182,6 +182,7 @@ def loaded_problem(
     torque : on the driver of the mesh [N m], to which loads of others are proportional,
         and at which shafts on rolling bearings are linearised
     """
+    _require_thrust(gear_set, mesh, torque)
     problem = contact_problem(gear_set, mesh, settings, report)
     if not loads_are_exchanged(gear_set, mesh):
         return problem
@@ -203,10 +204,21 @@ def problems_at_torques(
 
     There is one of each where loads are exchanged.
     """
+    _require_thrust(gear_set, mesh, float(np.abs(torques).max(initial=0.0)))
     distinct = torques.tolist() if loads_are_exchanged(gear_set, mesh) else [0.0]
     return [
         loaded_problem(gear_set, mesh, settings, torque, report) for torque in distinct
     ]
+
+
+def _require_thrust(gear_set: GearSet, mesh: int, torque: float) -> None:
+    """Refuse bearings that do not take the thrust at a torque on a driver [N m]."""
+    if not gear_set.meshes[mesh].on_shafts:
+        return
+    torques = mesh_torques_at(gear_set, 1.0)
+    if torques[mesh]:
+        scale = torque / torques[mesh]
+        require_thrust_on_bearings(gear_set, [scale * one for one in torques])
 
 
 def with_supports_of(problem: ContactProblem, other: ContactProblem) -> ContactProblem:

@@ -24,7 +24,11 @@ KIND_COLORS: dict[ModeKind, str] = {
     "axial": "tab:brown",
     "housing": "tab:olive",
 }
-ORDER_STYLES = "-", "--", "-.", ":"
+# of orders, none that a kind of mode has; with the styles 28 lines differ
+ORDER_COLORS = (
+    *("black", "tab:cyan", "tab:orange", "deeppink", "limegreen", "navy", "0.55"),
+)
+ORDER_STYLES = "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5))
 UNSTABLE_COLOR = "tab:orange"
 TOP_MARGIN = 1.05  # of the ordinate, over the highest frequency
 
@@ -117,8 +121,11 @@ def _draw_orders(
     handles = []
     for number, line in enumerate(orders):
         end = min(last, 60.0 * top / line.order)
-        style = ORDER_STYLES[number % len(ORDER_STYLES)]
-        look: dict[str, Any] = {"color": "0.4", "ls": style, "lw": 0.9}
+        look: dict[str, Any] = {
+            "color": ORDER_COLORS[number % len(ORDER_COLORS)],
+            "ls": ORDER_STYLES[number % len(ORDER_STYLES)],
+            "lw": 1.3,
+        }
         ends = [0.0, end], [0.0, line.order * end / 60.0]
         handles += axes.plot(*ends, label=line.name, **look)
     return handles

@@ -63,9 +63,7 @@ def steady_response(
         Of every mode at rest, besides the damping of bearings.
     """
     require_between("damping_ratio", damping_ratio, 0.0, 1.0)
-    stiffness, damping = problem.at_speed(speed)
-    of_modes = 2.0 * damping_ratio * np.sqrt(np.maximum(problem.squares, 0.0))
-    damping = damping + np.diag(of_modes)
+    stiffness, damping = problem.at_speed(speed, damping_ratio)
     size = problem.squares.size
     amplitudes = np.empty((len(forces), problem.system.size), np.complex128)
     for row, one in zip(amplitudes, forces, strict=True):

@@ -191,14 +191,47 @@ class WhirlProblem:
             values, states, rates, growing = self._solve_general(speed, count)
         return self._described(speed, values, states, rates, growing)
 
-    def at_speed(self, speed: float) -> tuple[Array, Array]:
+    def at_speed(self, speed: float, damping_ratio: float = 0.0) -> tuple[Array, Array]:
         """Modal stiffness and damping (k, k) at a speed [rad/s], gyroscopic forces
         among the latter.
+
+        damping_ratio : of every mode at rest, besides the damping of the system
         """
         skew, circulatory, centripetal = self._added_stiffness
         stiffness = np.diag(self.squares) + skew + speed * circulatory
         stiffness -= speed**2 * centripetal
-        return stiffness, self.damping + speed * self.gyroscopic
+        of_modes = 2.0 * damping_ratio * np.sqrt(np.maximum(self.squares, 0.0))
+        return stiffness, self.damping + speed * self.gyroscopic + np.diag(of_modes)
+
+    @cached_property
+    def is_dissipative(self) -> bool:
+        """Whether no force feeds energy into vibration, at any speed."""
+        rates = np.linalg.eigvalsh(self.damping + self.damping.T)
+        round_off = GROWTH_RTOL * np.abs(rates).max(initial=0.0)
+        feeds = any(part.any() for part in self._added_stiffness)
+        at_rest = bool((self.squares >= 0.0).all())
+        return at_rest and not feeds and bool((rates >= -round_off).all())
+
+    def grows(self, speed: float, damping_ratio: float = 0.0) -> bool:
+        """Whether free vibration grows at a speed [rad/s]; see `at_speed`."""
+        if self.is_dissipative:
+            return False
+        values = np.linalg.eigvals(
+            self._state_matrix(*self.at_speed(speed, damping_ratio))
+        )
+        return bool((values.real > GROWTH_RTOL * np.abs(values).max()).any())
+
+    def _state_matrix(self, stiffness: Array, damping: Array) -> Array:
+        """Matrix of y' = A y, y of scaled modal displacements and velocities."""
+        number = self.squares.size
+        positive = np.abs(self.squares[self.squares != 0.0])
+        scale = np.sqrt(np.maximum(np.abs(self.squares), positive.min(initial=1.0)))
+        return np.block(
+            [
+                [np.zeros((number, number)), np.diag(scale)],
+                [-stiffness / scale, -damping],
+            ]
+        )
 
     def _solve_hermitian(
         self, speed: float, count: int | None
@@ -223,16 +256,7 @@ class WhirlProblem:
         self, speed: float, count: int | None
     ) -> tuple[Complex, Complex, Complex, Complex]:
         number = self.squares.size
-        stiffness, damping = self.at_speed(speed)
-        positive = np.abs(self.squares[self.squares != 0.0])
-        scale = np.sqrt(np.maximum(np.abs(self.squares), positive.min(initial=1.0)))
-        matrix = np.block(
-            [
-                [np.zeros((number, number)), np.diag(scale)],
-                [-stiffness / scale, -damping],
-            ]
-        )
-        values, states = eig(matrix)
+        values, states = eig(self._state_matrix(*self.at_speed(speed)))
         round_off = GROWTH_RTOL * abs(values).max()
         growing = values[values.real > round_off]
         oscillating = np.flatnonzero(values.imag > round_off)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
@@ -52,6 +53,9 @@ class MachineResponse:
     housing_nodes : shaft and position [m] of the bearing at every node of the housing,
         empty and None of further ones
     housing_acceleration : (s, nodes, 3) along x, y, z [m/s2]
+    damping_ratio : of every mode at rest, besides the damping of bearings
+    grows : (s,) whether free vibration grows with that damping, so that no forced one
+        lasts
     """
 
     rpm: Array
@@ -62,6 +66,8 @@ class MachineResponse:
     mean_mesh_force: Array
     housing_nodes: tuple[tuple[str, float | None], ...]
     housing_acceleration: Array
+    damping_ratio: float
+    grows: NDArray[np.bool_]
 
     @property
     def radial_force(self) -> Array:
@@ -154,9 +160,10 @@ def machine_response(
     own_loads = np.zeros((orders.size, len(variations)), np.complex128)
     for row, one in enumerate(excitations):
         own_loads[row, one.mesh] = one.loads[0]
-    on_bearings, on_meshes, peaks, of_housing = [], [], [], []
+    on_bearings, on_meshes, peaks, of_housing, grows = [], [], [], [], []
     for done, speed in enumerate((2.0 * math.pi / SECONDS_PER_MINUTE * rpm).tolist()):
         report(done)
+        grows.append(problem.grows(speed, damping_ratio))
         motion = steady_response(problem, forces, speed, damping_ratio)
         at_speed = system, matrices, orders * speed, motion
         of_bearings = bearing_forces(*at_speed)
@@ -187,6 +194,8 @@ def machine_response(
         mean_mesh_force=np.array([one.mean_force for one in variations]),
         housing_nodes=tuple(_housing_nodes(system)),
         housing_acceleration=np.array(of_housing),
+        damping_ratio=damping_ratio,
+        grows=np.array(grows),
     )
 
 

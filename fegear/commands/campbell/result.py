@@ -165,8 +165,28 @@ class CampbellResult(StudyResult):
                     f" at {number(part.frequency_Hz)} Hz"
                     if part.kind == "flutter"
                     else ""
-                ),
+                )
+                + f", without damping_ratio{self._damped_text()}",
             )
+        if self.response is not None and self.response.grows.any():
+            rpm = self.response.rpm[self.response.grows]
+            yield with_code(
+                "W43",
+                f"vibration grows at {rpm.size} of {self.response.rpm.size} speeds, "
+                f"from {number(float(rpm[0]))} to {number(float(rpm[-1]))} rpm, with "
+                f"damping_ratio = {self.response.damping_ratio:g} too; the forces in "
+                "vibration there are of no motion that lasts",
+            )
+
+    def _damped_text(self) -> str:
+        """What is true of the forces in vibration where none of them grows."""
+        if self.response is None or self.response.grows.any():
+            return ""
+        ratio = self.response.damping_ratio
+        return (
+            f"; with damping_ratio = {ratio:g}, which the forces in vibration have, it "
+            "does not"
+        )
 
     def _contact_warnings(self) -> Iterator[str]:
         if self.response is None:
@@ -308,7 +328,9 @@ class CampbellResult(StudyResult):
             yield RowTable(shown, CRITICAL_COLUMNS, title)
         else:
             yield f"no {title}"
-        if not self.unstable:
+        if not self.unstable and (
+            self.response is None or not self.response.grows.any()
+        ):
             yield "no vibration grows at any of the speeds"
         if values["vibration"]:
             largest = values["vibration"]

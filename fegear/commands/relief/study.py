@@ -66,6 +66,7 @@ from fegear.studies.trains.gear_sets import (
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torques, torques_setting
+from fegear.studies.trains.shafts import require_shafts_used
 from fegear.studies.trains.speeds import (
     refuse_both,
     rpms_setting,
@@ -378,6 +379,7 @@ class ReliefDesign(
         study = with_frequencies(self, {"speeds": self.rpm})
         gears = study.gear_set.healthy("optimal reliefs")
         index = mesh_index(gears, study.mesh)
+        require_shafts_used(study.elements, gears, study.mesh, ELEMENTS)
         torques = chosen_torques(gears, study.torque, study.mesh)
         if study.gear_set.preloaded is not None:
             raise InputError(f"gear_set = {gears.name}; needs a gear set by its name")

@@ -65,6 +65,7 @@ from fegear.studies.trains.gear_sets import (
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque
+from fegear.studies.trains.shafts import require_shafts_used
 from fegear.studies.trains.train_problem import refuse_edits
 
 
@@ -82,6 +83,10 @@ def _parsed_scale(text: str) -> float | None:
 
 
 VARYING = "loads that vary over the face width"
+ELEMENTS = SettingsGroup(
+    kind=StaticsSettings,
+    exposed=expose("friction", "plane", "resolution", "shafts"),
+)
 PICTURE = SettingsGroup(
     kind=PictureSettings,
     exposed=expose(
@@ -138,12 +143,7 @@ class ContactPictures(
         metavar="FILE",
         reads=True,
     )
-    elements: StaticsSettings = group(
-        SettingsGroup(
-            kind=StaticsSettings,
-            exposed=expose("friction", "plane", "resolution", "shafts"),
-        )
-    )
+    elements: StaticsSettings = group(ELEMENTS)
     picture: PictureSettings = group(PICTURE)
 
     @property
@@ -151,9 +151,13 @@ class ContactPictures(
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
         gears = self.gear_set.healthy("pictures of contact")
+        require_shafts_used(self.elements, gears, self.mesh, ELEMENTS)
         require_one_helix(gears, "pictures of contact")
         # pictures in the plane have no shafts unless they are asked for
         in_space = gears.meshes[mesh_index(gears, self.mesh)].varies_over_width
+        if not in_space and self.elements.shafts == "off":
+            reason = "changes nothing here; pictures in the plane have no shafts"
+            raise refusal(self.elements, "shafts", reason, ELEMENTS)
         is_asked_for = in_space or self.elements.shafts == "on"
         return self.elements.on_shafts(gears) if is_asked_for else gears
 

@@ -28,6 +28,7 @@ from fegear.studies.trains.gear_sets import (
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torques, torques_setting
+from fegear.studies.trains.shafts import require_shafts_used
 from fegear.studies.trains.train_problem import refuse_edits
 from lumped.common.options import Range
 
@@ -101,7 +102,9 @@ class MeshStiffness(
     def gears(self) -> GearSet:
         """The gear set; InputError for an edit that changes nothing."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
-        return self.elements.on_shafts(self.gear_set.loaded)
+        gears = self.gear_set.loaded
+        require_shafts_used(self.elements, gears, self.mesh, ELEMENTS)
+        return self.elements.on_shafts(gears)
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         if "cracks" in outputs and not any(g.faults.cracks for g in self.gears.gears):

@@ -49,6 +49,7 @@ from fegear.studies.trains.gear_sets import (
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque
+from fegear.studies.trains.shafts import require_shafts_used
 from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.common.units import UM
@@ -150,7 +151,9 @@ class Tolerances(
             yield "grade", "{driver_grade} and {driven_grade} take its place"
 
     def prepare(self) -> TolerancesProblem:
-        gears = self.elements.on_shafts(self.gear_set.healthy("tolerances"))
+        gears = self.gear_set.healthy("tolerances")
+        require_shafts_used(self.elements, gears, self.mesh, ELEMENTS)
+        gears = self.elements.on_shafts(gears)
         index = mesh_index(gears, self.mesh)
         torque = chosen_torque(gears, self.torque, self.mesh)
         limits = self._limits(gears, index)  # before finite elements take a minute

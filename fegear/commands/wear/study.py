@@ -51,6 +51,7 @@ from fegear.studies.trains.gear_sets import (
     mesh_setting,
 )
 from fegear.studies.trains.loads import chosen_torque
+from fegear.studies.trains.shafts import require_shafts_used
 from fegear.studies.trains.train_problem import refuse_edits
 from lumped.common.array_types import Array
 from lumped.common.options import Range
@@ -153,7 +154,9 @@ class FlankWear(
     def gears(self) -> GearSet:
         """The gear set; InputError with what this study leaves out."""
         refuse_edits(self, {"torque": self.torque}, translations=False)
-        gears = self.elements.on_shafts(self.gear_set.loaded)
+        gears = self.gear_set.loaded
+        require_shafts_used(self.elements, gears, self.mesh, ELEMENTS)
+        gears = self.elements.on_shafts(gears)
         if gears.carrier is not None:
             raise InputError(
                 f"{gears.name}: planetary sets; wear is that of gears on fixed axes"

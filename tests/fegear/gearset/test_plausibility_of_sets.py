@@ -112,3 +112,52 @@ def test_gears_behind_each_other_may_overlap():
 
 def test_a_row_is_not_doubted():
     assert list(gear_set_warnings(make_gear_set(IDLER))) == []
+
+
+# root diameter of pinion-1 of helical-machine
+ROOT_MM = 46.0 / math.cos(math.radians(15.0)) - 5.0
+
+
+@pytest.mark.parametrize(
+    ("lengths", "diameters", "warned"),
+    [
+        ([100], [ROOT_MM - 1e-3], []),
+        ([100], [ROOT_MM + 1e-3], ["42.6237"]),
+        # the face width of 12 mm is from 24 to 36 mm; sections beside it may be thick
+        ([24, 12, 64], [60, 20, 60], []),
+        ([24, 12.1, 63.9], [60, 20, 60], []),
+        ([24, 11.9, 64.1], [60, 20, 50], ["50"]),
+        ([24.1, 12, 63.9], [60, 20, 50], ["60"]),
+    ],
+)
+def test_a_shaft_thicker_than_a_root_circle_is_doubted(lengths, diameters, warned):
+    keys = {"shaft__1__lengths_mm": lengths, "shaft__1__diameters_mm": diameters}
+    lines = [line for line in warnings_of("helical-machine", **keys) if "W71" in line]
+    assert lines == [
+        f'shaft 1: diameters_mm = {value} under gear "pinion-1" is above its root '
+        "diameter, 42.6227 mm [W71]"
+        for value in warned
+    ]
+
+
+def test_a_ring_has_its_shaft_where_it_may_be():
+    ring = {"name": "ring", "teeth": 80, "internal": True, "rim_radius_mm": 95.0}
+    gears = [{"name": "a", "teeth": 23, "hub_radius_mm": 12.0}, ring]
+    gears = [{"module_mm": 2.0, "face_width_mm": 12.0, **gear} for gear in gears]
+    shafts = [
+        {
+            "gears": [name],
+            "positions_mm": [30.0],
+            "lengths_mm": [60.0],
+            "diameters_mm": [200.0],
+        }
+        for name in ("a", "ring")
+    ]
+    mesh = {"driver": "a", "driven": "ring", "backlash_um": 50.0}
+    load = {"gear": "a", "torques_Nm": [10.0]}
+    gear_set = make_gear_set(
+        {"name": "s", "gear": gears, "mesh": [mesh], "shaft": shafts, "load": load}
+    )
+    lines = [line for line in gear_set_warnings(gear_set) if "W71" in line]
+    assert len(lines) == 1
+    assert 'gear "a"' in lines[0]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from machines_in_space import random_machine
@@ -121,3 +123,51 @@ def test_forces_at_rest_give_the_deflection_at_rest():
     force = matrices.mass @ problem.basis @ (problem.basis.T @ one.force)
     left = matrices.stiffness @ motion - force
     assert np.abs(left).max() < 1e-6 * np.abs(force).max()
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.04], ids=["bearings alone", "modal too"])
+def test_cross_stiffness_grows_where_it_exceeds_damping_times_frequency(ratio):
+    """Both axes: m x'' + c x' + k x = -q y grows for q above c sqrt(k/m)."""
+    stiffness, damping, mass = 2e6, 40.0, 3.0
+    frequency = np.sqrt(stiffness / mass)
+    limit = (damping + 2.0 * ratio * mass * frequency) * frequency
+    (rotor,) = one_disk(stiffness, damping, mass).rotors
+    disk = replace(rotor.disks[0], polar_inertia=1e-3, transverse_inertia=1e-3)
+
+    def grows(cross):
+        half = 0.5 * stiffness, 0.5 * cross, -0.5 * cross, 0.5 * stiffness
+        bearings = tuple(replace(one, stiffness=half) for one in rotor.bearings)
+        crossed = replace(rotor, bearings=bearings, disks=(disk,))
+        system = RotorSystem(rotors=(crossed,), elements=2, axial_motion=True)
+        return WhirlProblem(assemble(system)).grows(0.0, ratio)
+
+    assert not grows(0.0)
+    assert not grows(0.999 * limit)
+    assert grows(1.001 * limit)
+
+
+@pytest.mark.parametrize("cross", [0.0, 1e5, 1e8])
+def test_growth_is_that_of_the_modes(cross):
+    """Cross stiffness against little damping of all bearings."""
+    system = random_machine(np.random.default_rng(4))
+    turned, damping = np.array([0.0, cross, -cross, 0.0]), (1e3, 0.0, 0.0, 1e3)
+    rotors = tuple(
+        replace(
+            rotor,
+            bearings=tuple(
+                replace(
+                    one,
+                    stiffness=tuple((one.stiffness + turned).tolist()),
+                    damping=damping,
+                )
+                for one in rotor.bearings
+            ),
+        )
+        for rotor in system.rotors
+    )
+    problem = WhirlProblem(assemble(replace(system, rotors=rotors)))
+    assert problem.is_dissipative == (cross == 0.0)
+    for speed in (0.0, SPEED):
+        modes = problem.solve(speed)
+        assert problem.grows(speed) == (modes.instability is not None)
+        assert problem.grows(speed) == (cross == 1e8)

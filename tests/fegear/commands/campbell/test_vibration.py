@@ -139,3 +139,36 @@ def test_vibration_needs_teeth_that_are_solved(output):
         ((name, reason),) = study.unused_options({output: "x"})
         assert (name, reason.partition(" ")[0]) == (output, "needs")
     assert not list(by_elements.unused_options({output: "x"}))
+
+
+@pytest.mark.parametrize(
+    ("cross", "grows"), [(2e6, False), (1e8, True)], ids=["damped", "growing"]
+)
+def test_warning_of_growth_is_that_of_the_forces_in_vibration(cross, grows):
+    """Modes are without damping_ratio, forces in vibration have it."""
+    keys = {
+        "bearing_kxy_N_per_m": [cross, cross],
+        "bearing_kyx_N_per_m": [-cross, -cross],
+    }
+    study = fegear.CampbellDiagram(
+        gear_set=one_stage(**keys),
+        stiffness="fe",
+        points=3,
+        max_rpm=3000.0,
+        elements=3,
+        modes=4,
+        excitation=fegear.ExcitationSettings(resolution="coarse"),
+    )
+    result = fegear.run(study)
+    warnings = [line for line in result.summary["warnings"] if "[W43]" in line]
+    assert "flutter" in warnings[0]
+    assert "without damping_ratio" in warnings[0]
+    assert result.response.grows.tolist() == [grows] * 3
+    if grows:
+        assert len(warnings) == 2
+        assert "3 of 3 speeds" in warnings[1]
+        assert "damping_ratio = 0.04 too" in warnings[1]
+    else:
+        assert len(warnings) == 1
+        assert "with damping_ratio = 0.04, which the forces" in warnings[0]
+        assert warnings[0].endswith("it does not [W43]")

@@ -10,12 +10,21 @@ import pytest
 from small_sets import PAIR
 
 import fegear
-from fegear.commands.shafts.loads import bending_stress, meshes_on_shafts, tooth_torques
+from fegear.commands.shafts.loads import (
+    bending_stress,
+    loaded_shafts,
+    meshes_on_shafts,
+    tooth_torques,
+)
+from fegear.files.errors import InputError
 from fegear.files.toml import toml_text
 from fegear.gearset import load_gear_set
+from fegear.gearset.axial_forces import shaft_axial_force
+from fegear.gearset.power_path import mesh_torques_at
 from fegear.gearset.read import read_gear_set
 from fegear.gearset.tooth_forces import tooth_forces
 from fegear.gearset.yielding import on_shafts
+from fegear.statics.axes import require_thrust_on_bearings
 from fegear.statics.machine import machine_at_rest
 from fegear.statics.settings import StaticsSettings
 from fegear.studies.trains.gear_sets import GearSetRef
@@ -187,6 +196,20 @@ def test_bearings_tilt_a_rigid_shaft_by_their_own_displacements(result, machine)
         assert mesh.by_bearings[role] == pytest.approx(expected, rel=1e-6)
 
 
+def test_thrust_is_that_of_show_but_for_contact_of_tip_corners(result, machine):
+    """Forces of tip corners have shorter arms about the axis."""
+    thrusts = [-shaft_axial_force(machine.gear_set, gear, 40.0) for gear in (0, 1, 3)]
+    on_path, with_corners = np.zeros(3), np.zeros(3)
+    for index, shaft in enumerate(loaded_shafts(machine)):
+        on_path[index] = shaft.solution.reactions[:, 2].sum()
+    for index, shaft in enumerate(result.shafts):
+        with_corners[index] = shaft.solution.reactions[:, 2].sum()
+    assert on_path == pytest.approx(thrusts, rel=1e-9)
+    excess = with_corners / thrusts - 1.0
+    assert (excess > 1e-5).all()
+    assert (excess < 1e-3).all()
+
+
 def test_gears_amid_equal_bearings_stay_parallel():
     """Tip corners left out, whose arms differ: axes that move share loads otherwise."""
     gears = on_shafts(read_gear_set(toml_text(MIDDLE)))
@@ -250,3 +273,21 @@ def test_gears_with_errors_are_refused():
     gears = read_gear_set(toml_text(MIDDLE | {"gear": [uneven, wheel]}))
     with pytest.raises(fegear.InputError, match="pitch_errors_um; not modelled by"):
         shafts_of(gears)
+
+
+@pytest.mark.parametrize(
+    ("factor", "is_refused"), [(0.999, True), (1.001, False)], ids=["soft", "stiff"]
+)
+def test_thrust_may_move_a_shaft_by_a_tenth_of_the_face_width(factor, is_refused):
+    gear_set = load_gear_set(SET)
+    thrust = abs(shaft_axial_force(gear_set, 0, 40.0))
+    stiffness = factor * thrust / (0.1 * 12e-3)
+    edit = f"shaft.1.bearing_kz_N_per_m=[{stiffness}, 0]"
+    edited = on_shafts(GearSetRef(name=SET, edits=(edit,)).loaded)
+    torques = mesh_torques_at(edited, 40.0)
+    if not is_refused:
+        require_thrust_on_bearings(edited, torques)
+        return
+    expected = r"shaft 1, pinion-1: bearing_kz_N_per_m = .* at most 1.2 mm"
+    with pytest.raises(InputError, match=expected):
+        require_thrust_on_bearings(edited, torques)
