@@ -200,3 +200,36 @@ def test_exported_matrices_are_those_of_the_whole_machine():
 def test_models_of_the_plane_are_refused_in_space(study, settings):
     with pytest.raises(InputError, match="motion = space; needs stiffness auto"):
         in_space(study, **settings)
+
+
+def test_stiff_bearings_leave_gears_that_rotate():
+    """The mode of the plane, k (r1^2 / J1 + r2^2 / J2), on shafts without mass."""
+    gear_set = one_stage()
+    shafts = tuple(
+        replace(
+            shaft,
+            body=replace(
+                shaft.body,
+                density=1e-3,
+                bearings=tuple(
+                    replace(
+                        bearing,
+                        position=shaft.body.gear_positions[0] + place,
+                        stiffness=(1e13, 0.0, 0.0, 1e13),
+                        axial_stiffness=1e13,
+                        tilt_stiffness=1e9,
+                    )
+                    for bearing, place in zip(
+                        shaft.body.bearings, (-0.004, 0.004), strict=True
+                    )
+                ),
+            ),
+        )
+        for shaft in gear_set.shafts
+    )
+    stiff = replace(gear_set, shafts=shafts)
+    _, system = solved(stiff)
+    mobility = sum(gear.base_radius**2 / gear.inertia for gear in system.train.gears)
+    expected = np.sqrt(system.excitations[0].mean_stiffness * mobility) / (2.0 * np.pi)
+    in_mesh = system.modes.mesh_energy[0].argmax()
+    assert system.modes.frequency_Hz[in_mesh] == pytest.approx(expected, rel=5e-3)
