@@ -32,10 +32,10 @@ class HousingFile:
 
 
 def housing_warnings(housing: HousingFile | None) -> Iterator[str]:
-    """A line for a housing where nothing but shafts that vibrate has it."""
+    """A line for a housing that is left out."""
     if housing is not None:
         yield with_code(
             "W70",
-            f"the housing {housing.file} is left out, bearings are on ground; only "
-            "campbell has it",
+            f"the housing {housing.file} is left out, bearings are on ground; "
+            "campbell and motion in space have it",
         )

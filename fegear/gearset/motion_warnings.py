@@ -10,9 +10,17 @@ from fegear.gearset.model import GearSet
 from fegear.gearset.plausibility import gear_set_warnings
 
 
-def motion_warnings(gear_set: GearSet) -> Iterator[str]:
-    """A line for each warning of a gear set whose motion or modes are computed."""
-    yield from gear_set_warnings(gear_set)
+def motion_warnings(
+    gear_set: GearSet, in_space: bool = False, joins_housing: bool = False
+) -> Iterator[str]:
+    """A line for each warning of a gear set whose motion or modes are computed.
+
+    in_space : whether gears move along their axes and tilt
+    joins_housing : whether shafts are in the housing, as in space
+    """
+    yield from gear_set_warnings(gear_set, in_space or joins_housing)
+    if in_space:
+        return
     teeth = [gear.geometry for gear in gear_set.gears]
     slope = max(abs(gear.twist * gear.reference_radius) for gear in teeth)
     if slope > 0.0 and all(g.groove for g in gear_set.gears if g.geometry.twist):

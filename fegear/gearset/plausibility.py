@@ -34,9 +34,11 @@ LENGTH_RTOL = 1e-9  # of diameters and places that are alike but for round-off
 MAX_SHIFT = 1.5  # the same of its profile shift
 
 
-def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
+def gear_set_warnings(gear_set: GearSet, joins_housing: bool = False) -> Iterator[str]:
     """A line for each value of a gear set that cannot be meant, each undercut that
-    shortens a path of contact, and a housing.
+    shortens a path of contact, and a housing that is left out.
+
+    joins_housing : whether shafts are in the housing
     """
     for gear in gear_set.gears:
         yield from _material_warnings(gear)
@@ -47,7 +49,8 @@ def gear_set_warnings(gear_set: GearSet) -> Iterator[str]:
     for number, mesh in enumerate(gear_set.meshes, start=1):
         yield from undercut_warnings(number, mesh.pair)
     yield from _backlash_warnings(gear_set)
-    yield from housing_warnings(gear_set.housing)
+    if not joins_housing:
+        yield from housing_warnings(gear_set.housing)
 
 
 def _thickness_warnings(gear: Gear) -> Iterator[str]:

@@ -167,8 +167,16 @@ class Study(ShortRepr, metaclass=_StudyType):
     def announcements(self) -> Iterable[str]:
         """Lines that are said before anything is computed, such as warnings of the
         gear set."""
-        lines: Iterable[str] = getattr(getattr(self, "gear_set", None), "warnings", ())
+        gear_set: Any = getattr(self, "gear_set", None)
+        if not hasattr(gear_set, "warnings"):
+            return ()
+        lines: Iterable[str] = gear_set.warnings(self.joins_housing)
         return lines
+
+    @property
+    def joins_housing(self) -> bool:
+        """Whether shafts are in the housing of the gear set, which others leave out."""
+        return False
 
     def tasks(self) -> Iterable[Task]:
         """Parts of the study that depend on no other.

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from scipy.linalg import eigh
 
 from fegear.train.loaded_modes import LinearModel, SpaceTerms
 from lumped.common.checks import require_present
 from lumped.rotors.beams import AXIAL_COORDINATE, NODE_COORDINATES
 from lumped.rotors.housing import NODE_COORDINATES as HOUSING_COORDINATES
 from lumped.rotors.mesh_springs import rigid_motions
-from lumped.train.space import RIGID_RTOL, MotionInSpace
+from lumped.rotors.rest import modes_at_rest
+from lumped.train.space import MotionInSpace
 from lumped.train.system import LumpedSystem
 
 
@@ -32,9 +32,7 @@ def linear_model_in_space(system: LumpedSystem) -> LinearModel:
     """
     space = require_present(system.space, "motion in space")
     matrices = space.matrices
-    stiffness = 0.5 * (matrices.stiffness + matrices.stiffness.T)
-    squares, shapes = eigh(stiffness, matrices.mass)
-    squares[squares < RIGID_RTOL**2 * squares[-1]] = 0.0
+    squares, shapes = modes_at_rest(matrices)
     angular = np.sqrt(squares)
     momentum = matrices.mass @ shapes
     modal = (momentum * (2.0 * system.train.damping_ratio * angular)) @ momentum.T

@@ -30,6 +30,7 @@ from lumped.rotors.housing import HOUSING_NODE_SIZE
 from lumped.rotors.matrices import assemble
 from lumped.rotors.mesh_springs import rigid_motions
 from lumped.rotors.response import bearing_forces
+from lumped.rotors.rest import modes_at_rest
 from lumped.train.coordinates import SHAFT, TILT, Coordinates
 from lumped.train.width_springs import WidthLaw
 
@@ -215,11 +216,12 @@ def _modes(
     static = np.zeros((matrices.size, at_gears.size))
     static[at_gears, np.arange(at_gears.size)] = 1.0
     static[inside] = -np.linalg.solve(within, stiffness[np.ix_(inside, at_gears)])
-    highest = _highest_strained(matrices, stiffness)
-    held_squares, held = eigh(within, matrices.mass[np.ix_(inside, inside)])
-    chosen = held_squares <= bound**2 * highest
+    highest = bound**2 * _highest_strained(matrices)
+    # of a housing there may be coordinates without mass, but none without stiffness
+    inverse_squares, held = eigh(matrices.mass[np.ix_(inside, inside)], within)
+    chosen = inverse_squares * highest >= 1.0
     with_gears_held = np.zeros((matrices.size, int(chosen.sum())))
-    with_gears_held[inside] = held[:, chosen]
+    with_gears_held[inside] = held[:, chosen] / np.sqrt(inverse_squares[chosen])
     reduced = np.hstack([static, with_gears_held])
     squares, shapes = eigh(
         *(reduced.T @ part @ reduced for part in (stiffness, matrices.mass))
@@ -228,10 +230,10 @@ def _modes(
     return reduced @ shapes, squares
 
 
-def _highest_strained(matrices: GyroscopicSystem, stiffness: Array) -> float:
+def _highest_strained(matrices: GyroscopicSystem) -> float:
     """Largest squared frequency of a mode of all coordinates that strains teeth."""
     meshes = matrices.mesh_stiffness.sum(axis=0)
-    squares, shapes = eigh(stiffness + meshes, matrices.mass)
+    squares, shapes = modes_at_rest(matrices)
     strained = (shapes * (meshes @ shapes)).sum(axis=0) >= MIN_STRAIN * squares
     return float(squares[strained].max(initial=0.0))
 

@@ -27,7 +27,6 @@ from fegear.files.output import INTO_PICTURE, TO_SINGLE_TABLE
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
-from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
@@ -149,9 +148,8 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             yield "housing", "needs a gear set with [housing]"
 
     @property
-    def announcements(self) -> Iterator[str]:
-        # without the one of commands that leave the housing out
-        yield from gear_set_warnings(replace(self.gear_set.loaded, housing=None))
+    def joins_housing(self) -> bool:
+        return True
 
     def tasks(self) -> Iterator[Task]:
         gears = self.gear_set.loaded
@@ -188,7 +186,6 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             lambda done: job.report("Campbell diagram", done, total),
         )
         lines = order_lines(gears, system)
-        warnings_of = gear_set_warnings if system.axial_motion else motion_warnings
         return CampbellResult(
             self,
             gears.name,
@@ -210,8 +207,7 @@ class CampbellDiagram(Study, command="campbell", example="campbell turbo-pair"):
             discretisation_error(system, diagram),
             "space" if system.axial_motion else "plane",
             any(mesh.is_helical for mesh in gears.meshes),
-            # whose warning is of commands that leave the housing out
-            tuple(warnings_of(replace(gears, housing=None))),
+            tuple(motion_warnings(gears, system.axial_motion, joins_housing=True)),
             self._response(gears, system, problem, variations, rpm, job),
             linearised_entries(gears, rolling),
             bool(variations),

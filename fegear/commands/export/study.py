@@ -15,7 +15,6 @@ from fegear.files.output import listed
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
-from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.power_path import mesh_torques_at
 from fegear.statics.excitation import Excitations
 from fegear.statics.excitation_settings import ExcitationSettings
@@ -97,6 +96,10 @@ class ModelExport(
         require_stiffness_edits(self)
         return self.gear_set.healthy("exported models")
 
+    @property
+    def joins_housing(self) -> bool:
+        return self.motion == "space"
+
     def tasks(self) -> Iterator[Task]:
         gears = self.gears
         if self.motion == "space" and (self.stiffness != "auto" or self.mesh):
@@ -123,9 +126,7 @@ class ModelExport(
             linear = linear_model_of_springs(modes, train.damping_ratio)
             origins = [origin for _, origin in stiffnesses]
         fmu_mesh = None if self.mesh is None else self._fmu_mesh(gears, train, torque)
-        in_space = self.motion == "space"
-        warnings_of = gear_set_warnings if in_space else motion_warnings
-        warnings = (*warnings_of(gears),)
+        warnings = (*motion_warnings(gears, self.joins_housing),)
         return ModelExportResult(
             self, gears.name, torque, train, linear, origins, fmu_mesh, warnings
         )

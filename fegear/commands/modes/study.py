@@ -11,7 +11,6 @@ from fegear.commands.modes.result import ModesResult
 from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
-from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.speeds import cycles_per_turn, mesh_frequency
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.studies.problem import Job, Task
@@ -81,6 +80,10 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         """The gear set with its edits."""
         require_stiffness_edits(self)
         return self.gear_set.nominal("natural modes")
+
+    @property
+    def joins_housing(self) -> bool:
+        return self.motion == "space"
 
     @property
     def load(self) -> float | None:
@@ -178,7 +181,6 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         reason: str = "",
         shares: SpaceShares | None = None,
     ) -> ModesResult:
-        warnings_of = gear_set_warnings if self.motion == "space" else motion_warnings
         at_speed = modes if isinstance(modes, RotatingFrameModes) else None
         return ModesResult(
             *(self, self.gears.name, load, train.damping_ratio, modes, origins),
@@ -186,7 +188,7 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
             averages=averages,
             reason=reason,
             gear_warnings=(
-                *warnings_of(self.gears),
+                *motion_warnings(self.gears, self.joins_housing),
                 *frame_warnings(train),
                 *(speed_warnings(at_speed) if at_speed else ()),
             ),

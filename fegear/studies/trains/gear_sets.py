@@ -85,10 +85,12 @@ class GearSetRef(ShortRepr):
         """The gear set as changed."""
         return self.changed({})
 
-    @cached_property
-    def warnings(self) -> tuple[str, ...]:
-        """Warnings of the gear set, a line each."""
-        return tuple(gear_set_warnings(self.loaded))
+    def warnings(self, joins_housing: bool = False) -> tuple[str, ...]:
+        """Warnings of the gear set, a line each.
+
+        joins_housing : whether shafts are in the housing
+        """
+        return tuple(gear_set_warnings(self.loaded, joins_housing))
 
     def healthy(self, model: str) -> GearSet:
         """The gear set; InputError with faults, which a model leaves out."""

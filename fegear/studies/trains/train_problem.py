@@ -15,7 +15,6 @@ from fegear.gearset.lumped_train import train_of
 from fegear.gearset.model import GearSet
 from fegear.gearset.motion_warnings import motion_warnings
 from fegear.gearset.pitch_errors import pair_periods
-from fegear.gearset.plausibility import gear_set_warnings
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.given_tables import given_table_warnings, read_mesh_tables
 from fegear.studies.problem import Problem
@@ -219,11 +218,7 @@ class TrainProblem(Problem):
         systems : by torque on the input gear [N m]
         speeds : mesh frequencies [Hz], empty where they are not known
         """
-        if self.model.motion == "space":
-            # without the one of models that leave the housing out
-            yield from gear_set_warnings(replace(self.gears, housing=None))
-        else:
-            yield from motion_warnings(self.gears)
+        yield from motion_warnings(self.gears, self.model.motion == "space")
         for system in [*systems.values()][:1]:
             yield from frame_warnings(system.train)
             yield from left_out_warnings(system, speeds)

@@ -50,6 +50,11 @@ class TrainStudy:
         return bool(self.model.friction)
 
     @property
+    def joins_housing(self) -> bool:
+        """Whether shafts are in the housing of the gear set."""
+        return self.model.motion == "space"
+
+    @property
     def reason_for_model_1(self) -> str:
         """Which of the settings, those of the model apart, needs model 1 to 3."""
         return ""
