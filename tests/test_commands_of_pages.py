@@ -38,6 +38,9 @@ FEWER_SPEEDS = {
     "--speeds 1500:8000:50": "--speeds 3000:3200:100",
     "--speeds 500:700:50": "--speeds 600 --resolution coarse",
     "--rpm 500:3000:50": "--rpm 1000:1100:50",
+    "--rpm 1000:4500:100": "--rpm 2400:2500:100",
+    "--rpm 1000:6000:500": "--rpm 5000:5500:500",
+    "--max-rpm 4500 --points 46": "--max-rpm 4500 --points 5",
     "--speeds 1000:4000:50 --designs 30": "--speeds 2400:2800:200 --designs 4",
     "sweep liu-idler -o s.csv": (
         "sweep liu-idler --resolution coarse --speeds 2000 -o s.csv"
@@ -254,6 +257,12 @@ def test_commands_of_a_page_run(page, tmp_path, monkeypatch, capsys):
         error = capsys.readouterr().err
         assert code == 0, f"{command}: {error}"
         assert "Traceback" not in error
+
+
+def test_example_of_a_tutorial_is_the_file_that_it_writes():
+    page, name = "docs/tutorials/two-stage-gearbox.md", "two-stage-gearbox.toml"
+    example = (ROOT / "docs" / "examples" / name).read_text("utf-8")
+    assert files_of(page)[name] == example
 
 
 def test_every_shorter_command_is_on_a_page():
