@@ -7,8 +7,8 @@ and hold objects that are no tables. Only the arrays of the wanted group are rea
 from __future__ import annotations
 
 import io
-from collections.abc import Collection, Iterator
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from fegear.files.errors import InputError, refused_foreign_errors
 
 Part = dict[str, Any]  # arrays and texts by name
 MAX_VALUES = 10_000_000  # of all arrays that are read
+MAX_RECORDED_VALUES = 50_000_000  # the same of a recording
 
 
 def read_group(
@@ -26,18 +27,70 @@ def read_group(
 
     Raises InputError, which names the file, where it is damaged or too large.
     """
-    import h5py
-
-    with (
-        refused_foreign_errors(path, "HDF5 file"),
-        h5py.File(io.BytesIO(content), "r") as file,
-    ):
+    with _opened(content, path) as file:
         reader = _Reader(path)
         top = reader.part(file, has_numbers=False)
         for group in _named_groups(file):
             if all(name in group or name in group.attrs for name in names):
                 return top, reader.part(group, has_numbers=True)
         return top, None
+
+
+def read_ranked_group(
+    content: bytes, rank: Callable[[Collection[str]], int], path: str
+) -> Part | None:
+    """The group of a file whose names rank highest, the first of equal ones.
+
+    Its attributes that are single numbers are among its arrays. None where no group
+    ranks above 0. Raises InputError as `read_group`.
+    """
+    with _opened(content, path) as file:
+        chosen, highest = None, 0
+        for group in _named_groups(file):
+            if (rank_of_group := rank(_names_of_numbers(group))) > highest:
+                chosen, highest = group, rank_of_group
+        if chosen is None:
+            return None
+        reader = _Reader(path, MAX_RECORDED_VALUES)
+        return _attribute_numbers(chosen) | reader.part(chosen, has_numbers=True)
+
+
+@contextmanager
+def _opened(content: bytes, path: str) -> Iterator[Any]:
+    import h5py
+
+    with (
+        refused_foreign_errors(path, "HDF5 file"),
+        h5py.File(io.BytesIO(content), "r") as file,
+    ):
+        yield file
+
+
+def _names_of_numbers(group: Any) -> list[str]:
+    """Names of the arrays of numbers in a group, and of its attributes."""
+    import h5py
+
+    arrays = [
+        name
+        for name, item in _group_members(group)
+        if isinstance(item, h5py.Dataset)
+        and item.shape
+        and (dtype := _dtype_of(item)) is not None
+        and dtype.kind in "fiu"
+        and _matlab_class(item) not in (b"char", b"cell")
+    ]
+    return [*arrays, *group.attrs]
+
+
+def _attribute_numbers(group: Any) -> Part:
+    """Attributes that are single numbers."""
+    numbers: Part = {}
+    for name in group.attrs:
+        attribute = group.attrs.get_id(name)
+        dtype = _dtype_of(attribute)
+        if dtype is not None and dtype.kind in "fiu" and attribute.shape in ((), (1,)):
+            numbers[name] = np.asarray(group.attrs[name])
+    return numbers
 
 
 def _named_groups(file: Any) -> Iterator[Any]:
@@ -71,8 +124,9 @@ def _group_members(group: Any) -> Iterator[tuple[str, Any]]:
 class _Reader:
     """Reads arrays of a file until they have too many values together."""
 
-    def __init__(self, path: str) -> None:
+    def __init__(self, path: str, max_values: int = MAX_VALUES) -> None:
         self.path = path
+        self.max_values = max_values
         self.n_values = 0
 
     def part(self, group: Any, has_numbers: bool) -> Part:
@@ -98,10 +152,10 @@ class _Reader:
     def values(self, name: str, item: Any) -> Any:
         chunk = int(np.prod(item.chunks or (0,), dtype=object))
         self.n_values += max(item.size, chunk)
-        if self.n_values > MAX_VALUES:
+        if self.n_values > self.max_values:
             raise InputError(
                 f"{self.path}: {name} has shape {item.shape}, in pieces of {chunk}; "
-                f"{MAX_VALUES} values are allowed in all"
+                f"{self.max_values} values are allowed in all"
             )
         return np.asarray(item[()])
 

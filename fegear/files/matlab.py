@@ -90,6 +90,24 @@ def read_matlab(content: bytes, path: str) -> dict[str, Any]:
     return {name: v for name, v in variables.items() if not name.startswith("__")}
 
 
+def matlab_tree(value: Any) -> Any:
+    """A struct as a tree, a text as one, cells as an array of what is in them."""
+    if not isinstance(value, np.ndarray):
+        return value
+    if value.dtype.names:
+        one = value.ravel()
+        names = value.dtype.names if one.size == 1 else ()
+        return {name: matlab_tree(one[0][name]) for name in names}
+    if value.dtype.kind == "U":
+        return "\n".join(map(str, value.ravel()))
+    if value.dtype == object:
+        cells = np.empty(value.shape, dtype=object)
+        for index in np.ndindex(value.shape):
+            cells[index] = matlab_tree(value[index])
+        return cells
+    return value
+
+
 def write_matlab(path: Path, variables: Mapping[str, Any]) -> None:
     """Write variables: matrices, texts, and mappings of these as structs.
 

@@ -39,6 +39,7 @@ SINGLE_TABLES = tuple(kind for kind in TABLES if kind != ".nc")  # of a whole re
 EXCEL_NEEDED = "a spreadsheet needs openpyxl: pip install 'fegear[excel]'"
 HDF5 = ".h5"
 HDF5_NEEDED = "HDF5 needs h5py: pip install 'fegear[hdf5]'"
+TDMS_NEEDED = "a TDMS file needs npTDMS: pip install 'fegear[tdms]'"
 FMU_NEEDED = "an FMU needs pythonfmu: pip install 'fegear[fmu]'"
 PLOTLY_NEEDED = "an interactive figure needs plotly: pip install 'fegear[interactive]'"
 MAX_READ_BYTES = 2**30  # of a file that is read as a whole

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError, refused_foreign_errors
 from fegear.files.hdf5_groups import read_group
-from fegear.files.matlab import is_hdf5, read_matlab
+from fegear.files.matlab import is_hdf5, matlab_tree, read_matlab
 from fegear.files.output import (
     HDF5_NEEDED,
     has_package,
@@ -150,25 +150,7 @@ def _read_mat(content: bytes, path: str) -> Parts:
         return _read_hdf5(content, path)
     variables = read_matlab(content, path)
     with refused_foreign_errors(path, "MAT file"):
-        return _top_and_holder({n: _mat_part(v) for n, v in variables.items()})
-
-
-def _mat_part(value: Any) -> Any:
-    """A struct as a tree, a text as one, cells as an array of what is in them."""
-    if not isinstance(value, np.ndarray):
-        return value
-    if value.dtype.names:
-        one = value.ravel()
-        names = value.dtype.names if one.size == 1 else ()
-        return {name: _mat_part(one[0][name]) for name in names}
-    if value.dtype.kind == "U":
-        return "\n".join(map(str, value.ravel()))
-    if value.dtype == object:
-        cells = np.empty(value.shape, dtype=object)
-        for index in np.ndindex(value.shape):
-            cells[index] = _mat_part(value[index])
-        return cells
-    return value
+        return _top_and_holder({n: matlab_tree(v) for n, v in variables.items()})
 
 
 def _read_hdf5(content: bytes, path: str) -> Parts:

@@ -76,7 +76,7 @@ def parse_csv(text: str, source: str) -> CsvText:
             key, _, value = line[1:].partition(":")
             header[key.strip()] = value.strip()
         elif line.strip():
-            separator = separator or _separator(line)
+            separator = separator or separator_of(line)
             location = f"{source}, line {number}"
             body[location] = _cells(line, separator, location)
     if not body:
@@ -95,7 +95,7 @@ def parse_csv(text: str, source: str) -> CsvText:
     )
 
 
-def _separator(line: str) -> str:
+def separator_of(line: str) -> str:
     """Separator of the column names of a table."""
     return next((c for c in "\t;" if c in line and "," not in line), ",")
 

@@ -89,26 +89,33 @@ def order_amplitudes(average: Array) -> Array:
     return amplitude
 
 
-def residual_of(average: Array, orders: Iterable[int]) -> Array:
+def residual_of(average: Array, orders: Iterable[int], sidebands: int = 0) -> Array:
     """Average without its mean and without all multiples of some orders.
 
     Parameters
     ----------
-    average : (p, c) array
+    average : (..., p, c) array
         Averages of c signals over a turn.
     orders : iterable of int
         Cycles per turn of the meshes.
+    sidebands : int, optional
+        Number of sidebands on each side of a multiple that are left out with it; the
+        first one of the mean is at one cycle per turn.
 
     Returns
     -------
-    (p, c) array
+    (..., p, c) array
         Residuals.
     """
-    lines = np.fft.rfft(average, axis=0)
-    lines[0] = 0.0
-    for order in orders:
-        lines[::order] = 0.0
-    return np.fft.irfft(lines, len(average), axis=0)
+    points = average.shape[-2]
+    lines = np.fft.rfft(average, axis=-2)
+    order = np.arange(lines.shape[-2])
+    regular = order <= sidebands
+    for mesh in orders:
+        distance = order % mesh
+        regular |= np.minimum(distance, mesh - distance) <= sidebands
+    lines[..., regular, :] = 0.0
+    return np.fft.irfft(lines, points, axis=-2)
 
 
 def kurtosis(values: Array) -> Array:
