@@ -72,6 +72,7 @@ def read_recording(
     except MemoryError:
         raise InputError(f"{path}: too large for the memory") from None
     stored = _chosen(stored, names, path)
+    _require_one_rate(stored.rates, path)
     _require_samples(stored, path)
     start = _start(stored, path)
     notes: tuple[str, ...] = ()
@@ -171,6 +172,17 @@ def _start(stored: StoredChannels, path: str) -> float:
     return stored.starts[first] if stored.starts else 0.0
 
 
+def _require_one_rate(rates: Mapping[str, float], path: str) -> None:
+    """Refuse channels of different sampling rates [Hz]."""
+    first = next(iter(rates), "")
+    for name, value in rates.items():
+        if value != rates[first]:
+            raise InputError(
+                f"{path}: {first} has {format_exact(rates[first])} Hz, {name} "
+                f"{format_exact(value)} Hz; take channels of one rate"
+            )
+
+
 def _stored_rate(
     stored: StoredChannels, rate: float | None, rate_name: str, path: str
 ) -> float:
@@ -183,12 +195,6 @@ def _stored_rate(
                 "to below 1e9"
             )
     first = next(iter(rates), "")
-    for name, value in rates.items():
-        if value != rates[first]:
-            raise InputError(
-                f"{path}: {first} has {format_exact(rates[first])} Hz, {name} "
-                f"{format_exact(value)} Hz; take channels of one rate"
-            )
     if rates and rate is not None:
         raise InputError(
             f"{rate_name} = {format_exact(rate)}; {path} has a sampling rate of "

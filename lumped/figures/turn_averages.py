@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -63,6 +63,43 @@ def draw_turn_averages(
     return figure
 
 
+def draw_measured_averages(
+    measured: Sequence[AverageCurves],
+    computed: Sequence[AverageCurves],
+    tooth: Array,
+    orders: Sequence[int],
+    title: str,
+) -> Figure:
+    """Plot average and spectrum of measured signals, and beside them of computed ones.
+
+    computed : empty where there are none
+    tooth, orders : as in `draw_turn_averages`
+    """
+    rows = max(len(measured), len(computed))
+    sides = [("measured", measured)] + [("computed", computed)] * bool(computed)
+    size = 1.0 + 6.5 * len(sides), 1.4 + 2.5 * rows
+    figure, axes_grid = panels(rows, 2 * len(sides), size=size)
+    teeth = round(len(tooth) * float(tooth[1] - tooth[0]))
+    for side, (name, curves) in enumerate(sides):
+        pairs = [axes_row[2 * side : 2 * side + 2] for axes_row in axes_grid]
+        for average, lines in pairs[len(curves) :]:
+            average.set_visible(False)
+            lines.set_visible(False)
+        pairs = pairs[: len(curves)]
+        for (average, lines), one in zip(pairs, curves, strict=True):
+            average.plot(tooth, one.average, "k", lw=0.9)
+            average.set_ylabel(one.name)
+            average.set_xlim(tooth[0], tooth[0] + teeth)
+            _draw_lines(lines, one, teeth, orders)
+        pairs[0][0].set_title(f"{name}: average over a turn, without mean", fontsize=10)
+        pairs[0][1].set_title(f"{name}: spectrum of the average", fontsize=10)
+        pairs[-1][0].set_xlabel("tooth at the pitch point")
+        pairs[-1][1].set_xlabel("cycles per turn")
+    draw_legend(figure, _legend_lines(), 2)
+    draw_title(figure, title)
+    return figure
+
+
 def _draw_over_turn(
     average: Axes, residual: Axes, curves: AverageCurves, tooth: Array
 ) -> None:
@@ -106,8 +143,16 @@ def _draw_legend(figure: Figure) -> None:
 
     peak = {"color": PEAK_COLOR, "marker": "o", "ls": "none", "ms": 5}
     handles = [
-        Line2D([], [], color=MESH_COLOR, lw=1.2, label="multiples of the mesh"),
-        Line2D([], [], color=SIDEBAND_COLOR, lw=1.2, label="sidebands, residual"),
+        *_legend_lines(),
         Line2D([], [], label="largest residual", **peak),  # type: ignore[arg-type]
     ]
     draw_legend(figure, handles, len(handles))
+
+
+def _legend_lines() -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    return [
+        Line2D([], [], color=MESH_COLOR, lw=1.2, label="multiples of the mesh"),
+        Line2D([], [], color=SIDEBAND_COLOR, lw=1.2, label="sidebands, residual"),
+    ]

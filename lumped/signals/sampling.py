@@ -52,6 +52,10 @@ class TurningGear:
         """Turns per second at a frequency of the first mesh [Hz]."""
         return mesh_frequency * float(self.rate) / self.teeth
 
+    def mesh_frequency(self, turn_frequency: float) -> float:
+        """Frequency of the first mesh [Hz] at a speed [turns per second]."""
+        return turn_frequency * self.teeth / float(self.rate)
+
     def turns(self, cycles: Any) -> Any:
         """Turns of the gear after cycles of the first mesh."""
         return cycles * float(self.rate) / self.teeth

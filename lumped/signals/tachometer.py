@@ -145,7 +145,10 @@ def _extra_pulses(pulses: Array) -> Indices:
         if extra and extra[-1] >= first:  # has gone with the interval before
             continue
         # interval i between pulses i and i + 1 is entry i + 1
-        without = relative[first : first + 2].sum(), relative[first + 1 : first + 3].sum()
+        without = (
+            relative[first : first + 2].sum(),
+            relative[first + 1 : first + 3].sum(),
+        )
         error = np.abs(np.array(without) - 1.0)
         takes_first = not np.isnan(error[0]) and not error[1] <= error[0]
         extra.append(int(first) if takes_first else int(first) + 1)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -10,22 +9,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.files.codes import with_code
+from fegear.commands.signals.entries import (
+    GearAverages,
+    averages_table,
+    indicators_table,
+    label_with_unit,
+    scale_of,
+)
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
-from fegear.studies.columns import unit_of_column
-from fegear.studies.page import Columns, Page, RowTable, number, pluralize
+from fegear.studies.page import Page, pluralize
 from fegear.studies.result import Draw, StudyResult
-from fegear.studies.table import Table, finite_or_none
-from fegear.studies.trains.shown_signals import SCALES, SHOWN_SIGNALS, signal_label
+from fegear.studies.table import Table
+from fegear.studies.trains.shown_signals import SHOWN_SIGNALS
 from fegear.studies.trains.train_problem import TrainFacts
 from lumped.common.array_types import Array
 from lumped.common.csv_text import format_exact
 from lumped.figures.order_maps import OrderCurves, draw_order_maps
-from lumped.figures.turn_averages import AverageCurves, draw_turn_averages
+from lumped.figures.turn_averages import draw_turn_averages
 from lumped.signals.averages import TurnAverage
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import OrderMap
-from lumped.signals.sampling import TurningGear, residual_indicators
+from lumped.signals.sampling import TurningGear
 from lumped.steady.ramps import SpeedRamp
 
 
@@ -41,6 +45,7 @@ class SignalsResult(StudyResult):
     values : (t, c) samples
     average : over the turns
     orders : spectra over windows of turns
+    na4 : (c,) indicator of the last window of turns
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
     engagement : contact of the gear's teeth in its first mesh
     turns_of_motion : of the gear, after which the motion repeats
@@ -56,9 +61,22 @@ class SignalsResult(StudyResult):
     values: Array
     average: TurnAverage
     orders: OrderMap
+    na4: Array
     tooth: NDArray[np.int64]
     engagement: Engagement
     turns_of_motion: int
+
+    @cached_property
+    def averages(self) -> GearAverages:
+        """Averages over the turns of the gear, with their indicators."""
+        return GearAverages(
+            gear=self.gear,
+            names=self.names,
+            average=self.average,
+            na4=self.na4,
+            tooth=self.tooth,
+            engagement=self.engagement,
+        )
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -82,23 +100,9 @@ class SignalsResult(StudyResult):
             "pulses_per_turn": study.pulses,
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
-            "signals": [self._signal_entry(c) for c in range(len(self.names))],
-            "warnings": [*self.facts.warnings, *self._disagreement()],
+            "signals": self.averages.entries,
+            "warnings": [*self.facts.warnings, *self.averages.disagreement()],
         }
-
-    def _disagreement(self) -> Iterator[str]:
-        """A warning where signals of one gear name different teeth."""
-        teeth = {
-            name: int(tooth)
-            for name, tooth in zip(self.names, self._indicators["tooth"], strict=True)
-            if np.isfinite(tooth)
-        }
-        if len(set(teeth.values())) > 1:
-            named = ", ".join(f"{_scaled_label(name)} {n}" for name, n in teeth.items())
-            yield with_code(
-                "W65",
-                f"signals do not name one tooth of {self.gear.name}: {named}",
-            )
 
     def _driver_rpm(self, mesh_frequency: Any) -> Any:
         """Speed of the gear [rpm] at a frequency of the first mesh [Hz]."""
@@ -107,34 +111,6 @@ class SignalsResult(StudyResult):
     @property
     def _window_turns(self) -> int:
         return min(int(self.study.window), self.average.turns)
-
-    @cached_property
-    def _indicators(self) -> Mapping[str, Array]:
-        return residual_indicators(self.average, self.names, self.engagement)
-
-    def _signal_entry(self, c: int) -> dict[str, Any]:
-        """What the average of a signal tells, in the unit at the end of its name."""
-        average, has_residual = self.average, bool(self.average.has_residual[c])
-        amplitude = average.amplitude[:, c]
-        orders = np.arange(amplitude.size)
-        of_mesh = np.any([orders % order == 0 for order in average.orders], axis=0)
-        sidebands = np.where(of_mesh, 0.0, amplitude)
-        indicators = {name: float(v[c]) for name, v in self._indicators.items()}
-        return {
-            "signal": self.names[c],
-            "unit": unit_of_column(self.names[c]),
-            "mesh_amplitude": float(amplitude[1:][of_mesh[1:]].max()),
-            "sideband_amplitude": float(sidebands.max()),
-            "sideband_order": int(sidebands.argmax()) if has_residual else None,
-            "residual_rms": indicators["residual_rms"],
-            "residual_peak": indicators["residual_peak"],
-            "residual_kurtosis": finite_or_none(indicators["residual_kurtosis"]),
-            "residual_peak_angle_deg": finite_or_none(
-                360.0 * float(average.peak_turn[c])
-            ),
-            "residual_tooth_rms": indicators["tooth_rms"],
-            "tooth": int(indicators["tooth"]) if has_residual else None,
-        }
 
     @property
     def _header(self) -> dict[str, str]:
@@ -168,35 +144,21 @@ class SignalsResult(StudyResult):
             "turns_of_gear": turns,
             "gear_speed_rpm": self._driver_rpm(ramp.frequency_at(self.time)),
         }
-        return Table.of(columns | self._columns(self.values), self._header)
-
-    def _columns(self, values: Array, prefix: str = "") -> dict[str, Array]:
-        return {f"{prefix}{name}": values[:, c] for c, name in enumerate(self.names)}
+        return Table.of(columns | self.averages.columns(self.values), self._header)
 
     @property
     def more_tables(self) -> dict[str, Table]:
         """A row for every angle of the average, every order, and every order of
         every window."""
-        average, teeth = self.average, self.gear.teeth
-        points, order = len(average.values), np.arange(len(average.amplitude))
-        harmonic = np.floor(order / teeth + 0.5).astype(int)
-        over_turn = {
-            "angle_deg": 360.0 * np.arange(points) / points,
-            "tooth": self.tooth,
-            **self._columns(average.values),
-            **self._columns(average.residual, "residual_"),
-        }
+        averages = self.averages
+        order = np.arange(len(self.average.amplitude))
         over_order: dict[str, Any] = {"order": order}
         if not self.study.is_ramp:
             frequency = self.gear.turn_frequency(self.ramp.start)
             over_order["frequency_Hz"] = order * frequency
-        over_order |= {
-            "mesh_harmonic": harmonic,
-            "sideband": order - harmonic * teeth,
-            **self._columns(average.amplitude),
-        }
+        over_order |= averages.over_orders
         return {
-            "average": Table.of(over_turn, self._header),
+            "average": Table.of(averages.over_turn, self._header),
             "spectrum": Table.of(over_order, self._header),
             "orders": self._orders_table,
         }
@@ -210,7 +172,7 @@ class SignalsResult(StudyResult):
             "turns_of_gear": np.repeat(orders.turns, size),
             "gear_speed_rpm": np.repeat(self._window_rpm, size),
             "order": np.tile(orders.order, windows),
-            **self._columns(orders.amplitude.reshape(-1, signals)),
+            **self.averages.columns(orders.amplitude.reshape(-1, signals)),
         }
         return Table.of(columns, self._header)
 
@@ -233,34 +195,20 @@ class SignalsResult(StudyResult):
         """Spectra of the first signals over orders and speed."""
         maps = []
         for c, name in list(enumerate(self.names))[:SHOWN_SIGNALS]:
-            scale, unit = SCALES[unit_of_column(name)]
-            amplitude = scale * self.orders.amplitude[:, :, c]
-            maps.append(OrderCurves(f"{_scaled_label(name)} [{unit}]", amplitude))
+            amplitude = scale_of(name)[0] * self.orders.amplitude[:, :, c]
+            maps.append(OrderCurves(label_with_unit(name), amplitude))
         axes = self.orders.order, self._window_rpm
         ylabel = f"speed of {self.gear.name} [rpm]"
         return draw_order_maps(maps, axes, self.gear.teeth, (self._title, ylabel))
 
     def _draw_averages(self) -> Any:
-        curves = [
-            self._curves_of_signal(c) for c in range(len(self.names))[:SHOWN_SIGNALS]
-        ]
-        noise = self.study.noise_percent
+        averages, noise = self.averages, self.study.noise_percent
         title = f"{self._title}{f', {noise:g} % noise' if noise else ''}"
-        angle = np.arange(len(self.tooth)) / len(self.tooth)
-        start = 1.0 + self.gear.phase % self.gear.teeth
-        tooth = start + self.gear.teeth * angle
-        return draw_turn_averages(curves, tooth, self.gear.orders, title)
-
-    def _curves_of_signal(self, c: int) -> AverageCurves:
-        average, name = self.average, self.names[c]
-        scale, unit = SCALES[unit_of_column(name)]
-        values = scale * average.values[:, c]
-        return AverageCurves(
-            name=f"{_scaled_label(name)}\n[{unit}]",
-            average=values - values.mean(),
-            residual=scale * average.residual[:, c],
-            amplitude=scale * average.amplitude[:, c],
-            has_residual=bool(average.has_residual[c]),
+        return draw_turn_averages(
+            averages.curves(SHOWN_SIGNALS),
+            averages.tooth_axis,
+            self.gear.orders,
+            title,
         )
 
     @property
@@ -281,7 +229,8 @@ class SignalsResult(StudyResult):
         values = self.summary
         yield from self.facts.notes
         yield self._title
-        yield RowTable(values["signals"], SIGNAL_COLUMNS, "averages over a turn")
+        yield averages_table(values["signals"])
+        yield indicators_table(values["signals"])
         if self.study.is_ramp:
             yield (
                 "a torque in addition to the loads takes up the inertial forces of "
@@ -298,32 +247,3 @@ class SignalsResult(StudyResult):
                 "other numbers of turns, but their multiples, contain a part of other "
                 "meshes and gears"
             )
-
-
-def _scaled_label(name: str) -> str:
-    return signal_label(name.replace("_speed", ": speed"))
-
-
-def _scaled_cell(name: str) -> Callable[[Any], str]:
-    """The cell of a value in the unit that is shown."""
-    return lambda row: number(SCALES[row["unit"]][0] * row[name], 3)
-
-
-def _tooth_text(row: Any) -> str:
-    return "none" if row["tooth"] is None else str(row["tooth"])
-
-
-def _kurtosis_text(row: Any) -> str:
-    kurtosis = row["residual_kurtosis"]
-    return "none" if kurtosis is None else number(kurtosis, 3)
-
-
-SIGNAL_COLUMNS: Columns = {
-    "signal": lambda row: _scaled_label(row["signal"]),
-    "unit": lambda row: SCALES[row["unit"]][1],
-    "at orders\nof meshes": _scaled_cell("mesh_amplitude"),
-    "largest\nsideband": _scaled_cell("sideband_amplitude"),
-    "largest RMS\nof a tooth": _scaled_cell("residual_tooth_rms"),
-    "at tooth": _tooth_text,
-    "kurtosis of\nresidual": _kurtosis_text,
-}

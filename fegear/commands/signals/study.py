@@ -10,6 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from fegear.commands.signals.entries import MAX_HARMONIC
+from fegear.commands.signals.measured import MeasuredProblem
+from fegear.commands.signals.measured_settings import MeasuredSettings
 from fegear.commands.signals.result import SignalsResult
 from fegear.files.errors import InputError
 from fegear.files.output import (
@@ -23,13 +26,13 @@ from fegear.files.output import (
 from fegear.studies.problem import Job, Task
 from fegear.studies.study import PLOT
 from fegear.studies.trains.sampled_signals import SampledProblem, SignalsStudy
+from lumped.signals.indicators import na4, window_averages
 from lumped.signals.orders import order_map
 from lumped.signals.sampling import sample_signals
 from lumped.steady.motion import DivergedError, bounded_response
 from lumped.steady.steady_state import Diverged
 from lumped.steady.truncation_check import check_truncation
 
-MAX_HARMONIC = 8.5  # of the gear's mesh, in order maps
 MORE_TABLES = MappingProxyType(
     {
         "average": "Write the averages over a turn of the gear and their residuals "
@@ -44,6 +47,7 @@ MORE_TABLES = MappingProxyType(
 
 @dataclass(frozen=True, kw_only=True)
 class Signals(
+    MeasuredSettings,
     SignalsStudy,
     command="signals",
     example="signals my-pair.toml --rpm 900 --noise-percent 10 --plot s.png",
@@ -52,7 +56,8 @@ class Signals(
 
     Transmission errors, deviations of angular speeds and bearing forces, averaged over
     the turns of a gear: sidebands of the mesh, and the tooth that differs from others.
-    At constant speed, or through a ramp of the speed with order tracking.
+    At constant speed, or through a ramp of the speed with order tracking. A recording
+    of a measurement is averaged alike, and shown beside signals at its mean speed.
     """
 
     endings = (*TABLES, HDF5)
@@ -60,17 +65,21 @@ class Signals(
     more_tables = MORE_TABLES
     pictures = PLOT | {
         "order_map": f"Draw the spectra over speed and orders {INTO_PICTURE}; with a "
-        "ramp of the speed."
+        "ramp of the speed or a recording."
     }
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        if self.measured is not None:
+            return
         if self.is_ramp:
             if self.turns != type(self).turns:
                 yield "turns", "a ramp lasts {seconds}"
         else:
             yield "order_map", "needs {speed} A:B"
 
-    def prepare(self) -> SignalsProblem:
+    def prepare(self) -> SignalsProblem | MeasuredProblem:
+        if self.measured is not None:
+            return MeasuredProblem.of_study(self, SignalsProblem)
         return SignalsProblem.of_study(self)
 
 
@@ -108,6 +117,7 @@ class SignalsProblem(SampledProblem):
             raise DivergedError(frequency, error.part) from None
         window = min(study.window, sampled.average.turns)
         highest = MAX_HARMONIC * sampling.gear.teeth
+        windows = window_averages(sampled.over_angle, sampling.points, window)
         return SignalsResult(
             study=study,
             facts=self.facts(self.single_torque, response, checks),
@@ -119,6 +129,7 @@ class SignalsProblem(SampledProblem):
             values=sampled.values,
             average=sampled.average,
             orders=order_map(sampled.over_angle, sampling.points, window, highest),
+            na4=na4(windows, sampling.gear.orders),
             tooth=self.tooth_at_pitch_point,
             engagement=self.engagement,
             turns_of_motion=self._turns_of_motion(response.multiple or 1),

@@ -79,13 +79,18 @@ class OneSpeedStudy(TrainStudy, Study):
         refuse_both(self, "speed", "rpm")
         refuse_both(self, "from_speed", "from_rpm")
         speed, rpm = display_name(self, "speed"), display_name(self, "rpm")
-        if self.speed is None and self.rpm is None:
+        if self.needs_speed and self.speed is None and self.rpm is None:
             raise InputError(f"{speed} HZ or {rpm} RPM is needed")
         for start, name in (("from_speed", "speed"), ("from_rpm", "rpm")):
             value = getattr(self, start)
             if value is not None and value == getattr(self, name):
                 is_given_twice = f"must differ from {display_name(self, name)}"
                 raise InputError(f"{start} {value:g}; {is_given_twice}")
+
+    @property
+    def needs_speed(self) -> bool:
+        """Whether the speed is a setting, and follows from nothing else."""
+        return True
 
     @property
     def frequency(self) -> float:

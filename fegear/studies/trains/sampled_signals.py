@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import tooth_in_cycles
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.settings import display_name, setting
 from fegear.studies.trains.axes import written_limits
@@ -20,6 +19,12 @@ from fegear.studies.trains.models import ALL_MODELS, SPACE, lumped_model
 from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
 from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequencies
 from fegear.studies.trains.train_problem import MOTION_PERIODS
+from fegear.studies.trains.turning_gears import (
+    engagement_of,
+    meshing_gears,
+    tooth_at_pitch_point,
+    turning_gear,
+)
 from fegear.train.model_settings import LumpedModel
 from fegear.train.requirements import require_method
 from lumped.common.options import Range
@@ -203,26 +208,7 @@ class SampledProblem(OneSpeedProblem):
         gears, study = self.gears, self.study
         if gears.carrier is not None:
             raise InputError(f"{gears.name}: planetary sets have no signals here")
-        index = _gear_index(gears, study)
-        train = self.system.train
-        rates = train.mesh_rates
-        mesh = next(
-            m
-            for m, first_wheel in enumerate(gears.meshes)
-            if index in first_wheel.gears
-        )
-        teeth = gears.gears[index].geometry.teeth
-        # a multiple that is no whole order is not in an average
-        orders = {(teeth * rate / rates[mesh]).numerator for rate in rates}
-        return TurningGear(
-            index=index,
-            name=gears.gears[index].name,
-            teeth=teeth,
-            mesh=mesh,
-            rate=rates[mesh],
-            phase=train.meshes[mesh].phase,
-            orders=tuple(sorted(orders)),
-        )
+        return turning_gear(gears, self.system.train, gear_index(gears, study))
 
     @cached_property
     def sampling(self) -> Sampling:
@@ -270,29 +256,17 @@ class SampledProblem(OneSpeedProblem):
     @property
     def tooth_at_pitch_point(self) -> NDArray[np.int64]:
         """The gear's tooth (p,) nearest to its first mesh's pitch point, from 1."""
-        turning, points = self.turning, self.sampling.points
-        position = turning.phase + turning.teeth * np.arange(points) / points
-        cycle = np.floor(position + 0.5).astype(np.int64)
-        return 1 + tooth_in_cycles(self.gears, turning.mesh, turning.index, cycle)
+        return tooth_at_pitch_point(self.gears, self.turning, self.sampling.points)
 
     @property
     def engagement(self) -> Engagement:
         """Contact of the gear's teeth in its first mesh, over a turn."""
-        turning, gears = self.turning, self.gears
-        start, end = gears.engagement(turning.mesh)
-        pitches = np.arange(turning.teeth)
-        return Engagement(
-            first=turning.phase,
-            start=start,
-            end=end,
-            drives=gears.meshes[turning.mesh].driver == turning.index,
-            teeth=1 + tooth_in_cycles(gears, turning.mesh, turning.index, pitches),
-        )
+        return engagement_of(self.gears, self.turning)
 
 
-def _gear_index(gears: GearSet, study: SignalsStudy) -> int:
+def gear_index(gears: GearSet, study: SignalsStudy) -> int:
     """Index of the gear of a study; InputError where it is not there."""
-    meshing = sorted({gear for mesh in gears.meshes for gear in mesh.gears})
+    meshing = meshing_gears(gears)
     names = [gears.gears[index].name for index in meshing]
     if not study.gear_name:
         return gears.meshes[0].driver

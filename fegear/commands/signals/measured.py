@@ -1,0 +1,307 @@
+"""Signals of a recording, averaged over turns as computed ones are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any, Self
+
+import numpy as np
+
+from fegear.commands.signals.entries import MAX_HARMONIC, GearAverages
+from fegear.commands.signals.measured_result import MeasuredResult
+from fegear.files.codes import with_code
+from fegear.files.errors import InputError
+from fegear.files.recordings import Recording, read_recording
+from fegear.gearset.lumped_train import train_of
+from fegear.gearset.model import GearSet
+from fegear.gearset.power_path import input_torques
+from fegear.gearset.speeds import SECONDS_PER_MINUTE
+from fegear.studies.problem import Job, Problem, Task
+from fegear.studies.settings import display_name
+from fegear.studies.trains.sampled_signals import SampledProblem, gear_index
+from fegear.studies.trains.speeds import with_frequencies
+from fegear.studies.trains.turning_gears import (
+    engagement_of,
+    meshing_gears,
+    tooth_at_pitch_point,
+    turning_gear,
+)
+from lumped.common.array_types import Array
+from lumped.signals.averages import TurnAverage
+from lumped.signals.indicators import band_limited, na4, window_averages
+from lumped.signals.orders import order_map
+from lumped.signals.rotation import (
+    Rotation,
+    SignalsOverAngle,
+    constant_rotation,
+    rotation_of_pulses,
+    rotation_of_speed,
+    signals_over_angle,
+)
+from lumped.signals.sampling import TurningGear
+from lumped.signals.tachometer import PulseTrain, repaired_pulses, rising_edges
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredRotation:
+    """Rotation of the gear in a recording.
+
+    source : what it follows from, in words
+    pulses : of the tachometer; None without one
+    """
+
+    rotation: Rotation
+    source: str
+    pulses: PulseTrain | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredProblem(Problem):
+    """A recording of a gear set, and the signals that are computed beside it.
+
+    turning : gears that mesh, by their turns; shown : index among them of the gear
+        whose rotation is measured
+    names : of the channels that are averaged
+    computed : None where nothing is
+    notes : on the recording, in sentences
+    """
+
+    study: Any
+    gears: GearSet
+    turning: tuple[TurningGear, ...]
+    shown: int
+    recording: Recording
+    rotation: MeasuredRotation
+    names: tuple[str, ...]
+    computed: SampledProblem | None
+    notes: tuple[str, ...]
+
+    @classmethod
+    def of_study(cls, study: Any, computed: type[SampledProblem]) -> Self:
+        """The problem of a study; InputError for a recording that is none of its gears.
+
+        computed : class of the problem of computed signals
+        """
+        gears = study.gear_set.loaded
+        if gears.carrier is not None:
+            raise InputError(f"{gears.name}: planetary sets have no signals here")
+        index = gear_index(gears, study)
+        train = train_of(gears, 0.0)
+        turning = tuple(turning_gear(gears, train, i) for i in meshing_gears(gears))
+        shown = [gear.index for gear in turning].index(index)
+        recording = _recording_of(study)
+        rotation = _rotation_of(study, recording, turning[shown])
+        _require_turn(study, rotation.rotation, turning[shown])
+        beside, notes = _computed_beside(
+            study, computed, turning[shown], rotation.rotation.turn_frequency
+        )
+        return cls(
+            study,
+            gears=gears,
+            turning=turning,
+            shown=shown,
+            recording=recording,
+            rotation=rotation,
+            names=_averaged_channels(study, recording),
+            computed=beside,
+            notes=(*recording.notes, *notes),
+        )
+
+    @property
+    def announcements(self) -> Iterator[str]:
+        yield from (self.computed or super()).announcements
+
+    def tasks(self) -> Iterator[Task]:
+        yield Task("measured", self._measured)
+        if self.computed is not None:
+            yield from self.computed.tasks()
+
+    def gather(self, results: Mapping[str, Any]) -> MeasuredResult:
+        """The result of the recording, with that of the computed signals."""
+        measured: MeasuredResult = results["measured"]
+        return replace(measured, computed=results.get("signals"))
+
+    def _measured(self, job: Job) -> MeasuredResult:
+        """The result of the recording alone."""
+        rotation, pulses = self.rotation.rotation, self.rotation.pulses
+        shown, averages = self.turning[self.shown], list[GearAverages]()
+        signals = self._over_angle(shown)
+        for number, gear in enumerate(self.turning):
+            job.report("averages", number, len(self.turning))
+            if gear is shown:
+                averages.append(self._averages(gear, signals))
+            elif rotation.total * float(self._ratio(gear)) >= 1.0:
+                averages.append(self._averages(gear, self._over_angle(gear)))
+        turns = len(signals.values) // signals.points
+        window = min(int(self.study.window), turns)
+        highest = MAX_HARMONIC * shown.teeth
+        return MeasuredResult(
+            study=self.study,
+            gear_set=self.gears.name,
+            averages=tuple(averages),
+            shown=[one.gear.index for one in averages].index(shown.index),
+            sampling_rate=self.recording.rate,
+            duration=float(self.recording.time[-1] - self.recording.start),
+            turns=rotation.total,
+            mean_speed=rotation.turn_frequency,
+            speed_range=rotation.speed_range,
+            rotation_source=self.rotation.source,
+            repaired_pulses=(pulses.dropped, pulses.doubled) if pulses else None,
+            orders=order_map(signals.values, signals.points, window, highest),
+            notes=self.notes,
+            warnings=tuple(self._warnings(shown)),
+        )
+
+    def _ratio(self, gear: TurningGear) -> Fraction:
+        """Turns of a gear per turn of the one whose rotation is measured."""
+        shown = self.turning[self.shown]
+        return (gear.rate / gear.teeth) / (shown.rate / shown.teeth)
+
+    def _over_angle(self, gear: TurningGear) -> SignalsOverAngle:
+        values = np.stack([self.recording.channels[n] for n in self.names], axis=1)
+        points = gear.teeth * self.study.samples
+        arguments = self.rotation.rotation, self._ratio(gear), points
+        try:
+            return signals_over_angle(self.recording.time, values, *arguments)
+        except ValueError as error:
+            raise InputError(f"{self.recording.source}: {error}") from None
+
+    def _averages(self, gear: TurningGear, signals: SignalsOverAngle) -> GearAverages:
+        """Averages over the turns of a gear, and over windows of them."""
+        points = gear.teeth * self.study.samples
+        turns = len(signals.values) // signals.points
+        average = window_averages(signals.values, signals.points, turns)[0]
+        window = min(int(self.study.window), turns)
+        windows = window_averages(signals.values, signals.points, window)
+        return GearAverages(
+            gear=gear,
+            names=self.names,
+            average=TurnAverage(band_limited(average, points), turns, gear.orders),
+            na4=na4(band_limited(windows, points), gear.orders),
+            tooth=tooth_at_pitch_point(self.gears, gear, points),
+            engagement=engagement_of(self.gears, gear),
+        )
+
+    def _warnings(self, shown: TurningGear) -> Iterator[str]:
+        """Warnings of the recording."""
+        pulses, rate = self.rotation.pulses, self.recording.rate
+        mesh = shown.teeth * self.rotation.rotation.turn_frequency
+        if 2.0 * mesh > rate:
+            yield with_code(
+                "W72",
+                f"{rate:g} Hz have frequencies below {0.5 * rate:g} Hz; the first mesh "
+                f"of {shown.name} is at {mesh:.6g} Hz",
+            )
+        if pulses is not None and pulses.dropped + pulses.doubled:
+            yield with_code(
+                "W73",
+                f"{self.study.tacho}: of {pulses.time.size} pulses {pulses.dropped} "
+                f"were missing, {pulses.doubled} too many",
+            )
+
+
+def _recording_of(study: Any) -> Recording:
+    """The channels that are averaged, and the one that has the rotation."""
+    rotation = [name for name in (study.tacho, study.speed_channel) if name]
+    names = [*study.channels, *rotation] if study.channels else []
+    path, rate_name = study.measured, display_name(study, "rate")
+    for name in ("tacho", "speed_channel"):
+        channel = getattr(study, name)
+        if channel is not None and channel in study.channels:
+            raise InputError(
+                f"{display_name(study, 'channels')} = {channel}; has the rotation, "
+                f"{display_name(study, name)}"
+            )
+    recording = read_recording(path, names, study.rate, rate_name)
+    for name in rotation:
+        if name not in recording.channels:
+            read_recording(path, [name], study.rate, rate_name)  # names what is there
+    return recording
+
+
+def _averaged_channels(study: Any, recording: Recording) -> tuple[str, ...]:
+    """Names of the channels but that of the rotation; InputError where none is left."""
+    names = tuple(
+        name
+        for name in recording.channels
+        if name not in (study.tacho, study.speed_channel)
+    )
+    if not names:
+        raise InputError(f"{recording.source}: has no channel but that of the rotation")
+    return names
+
+
+def _rotation_of(
+    study: Any, recording: Recording, turning: TurningGear
+) -> MeasuredRotation:
+    """Rotation of the gear; InputError where the channel has none."""
+    time = recording.time
+    try:
+        if study.tacho is not None:
+            edges = rising_edges(time, recording.channels[study.tacho])
+            pulses, per_turn = repaired_pulses(edges), study.pulses or 1
+            source = f"by {per_turn} pulses per turn in {study.tacho}"
+            rotation = rotation_of_pulses(pulses.time, per_turn)
+            return MeasuredRotation(
+                rotation, source.replace("1 pulses", "1 pulse"), pulses
+            )
+        if study.speed_channel is not None:
+            rpm = recording.channels[study.speed_channel]
+            _require_positive(rpm)
+            source = f"by the speed in {study.speed_channel}"
+            rotation = rotation_of_speed(time, rpm / SECONDS_PER_MINUTE)
+            return MeasuredRotation(rotation, source)
+    except ValueError as error:
+        channel = study.tacho or study.speed_channel
+        raise InputError(f"{recording.source}: {channel}: {error}") from None
+    at_speed = with_frequencies(study, {"speed": study.rpm})
+    frequency = turning.turn_frequency(at_speed.frequency)
+    rotation = constant_rotation(float(time[0]), float(time[-1]), frequency)
+    return MeasuredRotation(rotation, "at constant speed")
+
+
+def _require_positive(rpm: Array) -> None:
+    wrong = ~(rpm > 0.0)
+    if wrong.any():
+        row = int(wrong.argmax())
+        raise ValueError(
+            f"{rpm[row]:g} rpm in sample {row + 1}, {int(wrong.sum())} such values; "
+            "must be above 0"
+        )
+
+
+def _require_turn(study: Any, rotation: Rotation, turning: TurningGear) -> None:
+    if rotation.total < 1.0:
+        raise InputError(
+            f"{study.measured}: {turning.name} turns {rotation.total:.3g} times, 1 "
+            "turn is needed"
+        )
+
+
+def _computed_beside(
+    study: Any,
+    problem: type[SampledProblem],
+    turning: TurningGear,
+    turn_frequency: float,
+) -> tuple[SampledProblem | None, tuple[str, ...]]:
+    """The problem of signals at a mean speed, and why there is none.
+
+    turning : the gear whose speed it is; turn_frequency : the speed [turns per second]
+    """
+    if not study.computed:
+        return None, ()
+    gears = study.gear_set.loaded
+    if study.torque is None and not input_torques(gears):
+        note = f"{gears.name} has no load case: signals are computed with a torque"
+        return None, (note,)
+    alone = dict.fromkeys(("measured", "tacho", "speed_channel", "rate", "rpm"))
+    at_mean = replace(
+        study,
+        **alone,
+        channels=(),
+        pulses=0,
+        speed=turning.mesh_frequency(turn_frequency),
+    )
+    return problem.of_study(at_mean), ()

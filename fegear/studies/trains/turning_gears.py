@@ -1,0 +1,63 @@
+"""Gears of a set by their turns: orders of meshes, and teeth at the pitch point."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fegear.gearset.model import GearSet
+from fegear.gearset.pitch_errors import tooth_in_cycles
+from lumped.signals.faulty_tooth import Engagement
+from lumped.signals.sampling import TurningGear
+from lumped.train.train import Train
+
+
+def meshing_gears(gears: GearSet) -> list[int]:
+    """Indices of the gears that are in a mesh, rising."""
+    return sorted({gear for mesh in gears.meshes for gear in mesh.gears})
+
+
+def turning_gear(gears: GearSet, train: Train, index: int) -> TurningGear:
+    """A gear of a set by its turns.
+
+    train : of the set; index : of the gear, which is in a mesh
+    """
+    rates = train.mesh_rates
+    mesh = next(m for m, wheel in enumerate(gears.meshes) if index in wheel.gears)
+    teeth = gears.gears[index].geometry.teeth
+    # a multiple that is no whole order is not in an average
+    orders = {(teeth * rate / rates[mesh]).numerator for rate in rates}
+    return TurningGear(
+        index=index,
+        name=gears.gears[index].name,
+        teeth=teeth,
+        mesh=mesh,
+        rate=rates[mesh],
+        phase=train.meshes[mesh].phase,
+        orders=tuple(sorted(orders)),
+    )
+
+
+def tooth_at_pitch_point(
+    gears: GearSet, turning: TurningGear, points: int
+) -> NDArray[np.int64]:
+    """The gear's tooth (p,) nearest to its first mesh's pitch point, from 1.
+
+    points : in a turn of the gear
+    """
+    position = turning.phase + turning.teeth * np.arange(points) / points
+    cycle = np.floor(position + 0.5).astype(np.int64)
+    return 1 + tooth_in_cycles(gears, turning.mesh, turning.index, cycle)
+
+
+def engagement_of(gears: GearSet, turning: TurningGear) -> Engagement:
+    """Contact of the gear's teeth in its first mesh, over a turn."""
+    start, end = gears.engagement(turning.mesh)
+    pitches = np.arange(turning.teeth)
+    return Engagement(
+        first=turning.phase,
+        start=start,
+        end=end,
+        drives=gears.meshes[turning.mesh].driver == turning.index,
+        teeth=1 + tooth_in_cycles(gears, turning.mesh, turning.index, pitches),
+    )
