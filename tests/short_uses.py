@@ -21,6 +21,7 @@ from typing import Any, NamedTuple
 
 from case_files import case_text
 from history_files import written
+from recorded_signals import recording_text
 from rexs_files import RexsWriter, as_xml
 from small_sets import PAIR, SETS
 
@@ -132,7 +133,8 @@ def written_inputs(folder: Path) -> dict[str, str]:
     for name, text in input_texts().items():
         (folder / name).write_text(text)
     written(folder / "history.csv")
-    names = *input_texts(), "history.csv"
+    (folder / "recording.csv").write_text(recording_text())
+    names = *input_texts(), "history.csv", "recording.csv"
     paths = {Path(name).stem.upper(): str(folder / name) for name in names}
     return paths | {"RUNS": str(folder / "runs")}
 

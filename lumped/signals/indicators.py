@@ -4,13 +4,14 @@ The regular part of an average is what sound gears give: its mean, the multiples
 meshes, and the first sidebands on both sides, of the mean one cycle per turn. The
 difference signal is the rest; the residual keeps the sidebands.
 
-R. M. Stewart, Some useful data analysis techniques for gearbox diagnostics, University
-of Southampton, MHM/R/10/77 (1977): FM4. H. R. Martin, Statistical moment analysis as a
-means of surface damage detection, Proc. 7th IMAC (1989) 1016: M6A. J. J. Zakrajsek, D.
-P. Townsend and H. J. Decker, An analysis of gear fault detection methods as applied to
-pitting fatigue failure data, NASA TM 105950 (1993): NA4, and these definitions of the
-others. N. S. Swansson, Application of vibration signal analysis techniques to condition
-monitoring, Conf. on Lubrication, Friction and Wear in Engineering (1980): energy ratio.
+R. M. Stewart, Some useful data analysis techniques for gearbox diagnostics, report
+MHM/R/10/77, University of Southampton (1977): FM4. H. R. Martin, Statistical moment
+analysis as a means of surface damage detection, Proc. 7th Int. Modal Analysis Conf.
+(1989) 1016: M6A. J. J. Zakrajsek, D. P. Townsend and H. J. Decker, An analysis of gear
+fault detection methods as applied to pitting fatigue failure data, Technical Memorandum
+105950 (1993): NA4, and definitions of the others. N. S. Swansson, Application of
+vibration signal analysis techniques to condition monitoring, Conf. on Lubrication,
+Friction and Wear in Engineering (1980): energy ratio.
 """
 
 from __future__ import annotations
