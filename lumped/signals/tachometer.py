@@ -124,11 +124,11 @@ def _require_repairs(dropped: int, doubled: int, pulses: int) -> None:
 
 
 def _local_interval(intervals: Array) -> Array:
-    """Median (p,) of the intervals around each one, of the first and last as inside."""
+    """Median (p,) of the intervals around each one."""
     from scipy.ndimage import median_filter
 
     size = min(NEIGHBOURS, intervals.size)
-    return np.asarray(median_filter(intervals, size, mode="nearest"))
+    return np.asarray(median_filter(intervals, size, mode="mirror"))
 
 
 def _extra_pulses(pulses: Array) -> Indices:

@@ -54,7 +54,7 @@ def test_moments_of_a_sine_and_of_two_values():
 
 @pytest.mark.parametrize("name", ["fm4", "m6a", "energy_ratio"])
 def test_one_impulse_raises_them(name):
-    impulse = np.where(np.arange(POINTS) == 300, 2.0, 0.0)
+    impulse = np.where(np.arange(POINTS) == 300, 5.0, 0.0)
     assert indicators(noise() + impulse)[name] > 1.2 * indicators(noise())[name]
 
 
