@@ -10,9 +10,9 @@ from fegear.files.errors import InputError
 
 HEADER_BYTES, TAG_BYTES = 128, 8
 COMPRESSED, MATRIX = 15, 14  # types of elements
-INT8, INT32, UINT32 = 1, 5, 6
+INT8, INT32, UINT32, UTF8 = 1, 5, 6, 16
 # of values in single elements, and of arrays; SciPy looks up others out of bounds
-TYPES = frozenset((INT8, 2, 3, 4, INT32, UINT32, 7, 9, 12, 13, MATRIX, 16, 17, 18))
+TYPES = frozenset((INT8, 2, 3, 4, INT32, UINT32, 7, 9, 12, 13, MATRIX, UTF8, 17, 18))
 COMPOSITE_CLASSES = (1, 2, 3)  # classes of arrays: cells, structs and objects
 CHARS, SPARSE, NUMBERS = 4, 5, range(6, 16)
 # elements after the head of an array by its class, one more where it is complex
@@ -80,11 +80,11 @@ def _require_head(matrix: bytes, order: str, path: str) -> int:
         return 16
     kind, size = struct.unpack_from(f"{order}II", matrix, 16)
     name = 24 + size + -size % TAG_BYTES
-    if kind != INT32 or name + TAG_BYTES > len(matrix):
+    if kind not in (INT32, UINT32) or name + TAG_BYTES > len(matrix):
         raise _damaged(path)
     _require_shape(matrix, order, path)
     (name_kind,) = struct.unpack_from(f"{order}I", matrix, name)
-    if (name_kind & 0xFFFF) != INT8:
+    if (name_kind & 0xFFFF) not in (INT8, UTF8):
         raise _damaged(path)
     flag_bytes = matrix[8:12] if order == "<" else matrix[11:7:-1]
     parts = PARTS_OF_CLASS.get(flag_bytes[0], 0)

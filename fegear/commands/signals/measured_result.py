@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -208,7 +209,7 @@ class MeasuredResult(StudyResult):
         if f"{lowest:.4g}" != f"{highest:.4g}":
             speeds += f", {lowest:.5g} to {highest:.5g} rpm"
         return (
-            f"{self.gear_set}, {self.study.measured}: "
+            f"{self.gear_set}, {Path(self.study.measured).name}: "
             f"{pluralize(one.average.turns, 'turn')} of {one.gear.name} at {speeds}, "
             f"{self.rotation_source}"
         )
@@ -217,8 +218,8 @@ class MeasuredResult(StudyResult):
         one = self.gear_averages
         yield self._title
         yield (
-            f"{self.duration:.6g} s at {self.sampling_rate:.6g} Hz; teeth of "
-            f"{one.gear.name} count from the start of its rotation"
+            f"{self.duration:.6g} s at {self.sampling_rate:.6g} Hz; the rotation is "
+            "taken to start as that of computed signals, otherwise teeth are shifted"
         )
         yield from self.notes
         yield averages_table(one.entries, "measured: averages over a turn")
