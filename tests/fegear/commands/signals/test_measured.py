@@ -15,7 +15,8 @@ from small_sets import PAIR, TRAIN
 import fegear
 from fegear.files.errors import InputError
 from lumped.signals.averages import TurnAverage
-from lumped.signals.indicators import difference_indicators
+from lumped.signals.indicators import band_limited, difference_indicators
+from lumped.signals.orders import resample_at
 
 MODEL = fegear.LumpedModel(
     number=1, excitation=fegear.ExcitationSettings(kind="rectangular")
@@ -93,6 +94,22 @@ def test_the_tooth_of_a_simulated_ramp_comes_back(simulated, recorded):
         for name in ("mesh_amplitude", "residual_peak", "residual_tooth_rms"):
             assert entry[name] == pytest.approx(direct[name], rel=0.1)
         assert entry["residual_kurtosis"] > 8.0
+
+
+def test_indicators_are_those_of_the_nominal_angle(simulated, recorded):
+    """Of the turns after the first pulse, at the angles that the ramp has."""
+    result = measured(recorded, fegear.make_gear_set(FAULTY), pulses=3).gear_averages
+    turns, points = result.average.turns, len(result.average.values)
+    angle = 1.0 + np.arange(2 * turns * points) / (2 * points)
+    time = simulated.ramp.time_at(angle / simulated.gear.turns(1.0))
+    time = np.minimum(time, simulated.time[-1])
+    values = resample_at(simulated.time, simulated.values, time)
+    average = values.reshape(turns, 2 * points, -1).mean(axis=0)
+    expected = TurnAverage(band_limited(average, points), turns, (TEETH,))
+    error = np.abs(result.average.values - expected.values).max(axis=0)
+    assert (error < 2e-4 * np.ptp(expected.values, axis=0)).all()
+    for name, indicator in difference_indicators(expected).items():
+        np.testing.assert_allclose(result.indicators[name], indicator, rtol=2e-4)
 
 
 def test_orders_of_a_recording_are_those_of_the_gear(recorded):
