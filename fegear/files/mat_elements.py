@@ -18,7 +18,7 @@ CHARS, SPARSE, NUMBERS = 4, 5, range(6, 16)
 # elements after the head of an array by its class, one more where it is complex
 PARTS_OF_CLASS = {CHARS: 1, SPARSE: 3, **dict.fromkeys(NUMBERS, 1)}
 COMPLEX_FLAG = 8
-OPAQUE_CLASS = 17  # of objects of MATLAB's newer kind
+OPAQUE_CLASS = 17  # of objects of the newer kind
 MAX_BYTES = 2**27  # of all elements when they are unpacked
 
 

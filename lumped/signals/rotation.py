@@ -44,6 +44,23 @@ class Rotation:
         """All turns."""
         return float(self.turns[-1])
 
+    def whole_turns(self, ratio: Fraction, points: int) -> int:
+        """Whole turns of a gear, of which the last point is the last sample at least.
+
+        Parameters
+        ----------
+        ratio : Fraction
+            Turns of that gear per turn of this one.
+        points : int
+            Points of its turn.
+
+        Returns
+        -------
+        int
+            Number of turns.
+        """
+        return math.floor(self.total * float(ratio) + 1.0 / points + TURN_TOL)
+
     @property
     def turn_frequency(self) -> float:
         """Mean speed [turns per second]."""
@@ -79,7 +96,8 @@ class Rotation:
             return times_at_angles(self.time, self.pulses, turns)
         from scipy.interpolate import CubicSpline
 
-        at = np.asarray(CubicSpline(self.turns, self.time)(turns))
+        angle = np.asarray(turns, float)
+        at = np.asarray(CubicSpline(self.turns, self.time)(angle))
         return np.clip(at, self.time[0], self.time[-1])
 
 
@@ -200,17 +218,17 @@ def signals_over_angle(
         If there is no whole turn, or pulses are those of no smooth rotation.
     """
     samples = np.asarray(time, float)
-    turns = math.floor(rotation.total * float(ratio) + TURN_TOL)
-    if turns < 1:
-        raise ValueError(f"{rotation.total * float(ratio):.3g} turns, 1 is needed")
     rate = (samples.size - 1) / (samples[-1] - samples[0])
     slowest = rotation.speed_range[0] * float(ratio)
     refinement = min(
-        math.ceil(rate / (points * slowest)),
+        math.ceil(rate / (points * slowest) - TURN_TOL),
         MAX_REFINEMENT,
-        MAX_POINTS // (points * turns),
+        int(MAX_POINTS / (points * max(1.0, rotation.total * float(ratio)))),
     )
     refined = max(1, refinement) * points
+    turns = rotation.whole_turns(ratio, refined)
+    if turns < 1:
+        raise ValueError(f"{rotation.total * float(ratio):.3g} turns, 1 is needed")
     angle = np.arange(turns * refined) / (refined * float(ratio))
     at = rotation.times_at(np.minimum(angle, rotation.total))
     at = np.clip(at, samples[0], samples[-1])

@@ -306,14 +306,12 @@ def read_or_refuse(path: Path) -> Recording | None:
     return recording
 
 
-@pytest.fixture(scope="module")
-def contents(tmp_path_factory) -> dict[str, bytes]:
-    folder = tmp_path_factory.mktemp("whole")
-    written = {}
-    for name, writer in {**WRITERS, "r.wav": write_wav}.items():
-        writer(folder / name)
-        written[name] = (folder / name).read_bytes()
-    return written
+@pytest.fixture
+def content(name, tmp_path) -> bytes:
+    """Content of a file that is whole."""
+    path = tmp_path / f"whole-{name}"
+    {**WRITERS, "r.wav": write_wav}[name](path)
+    return path.read_bytes()
 
 
 DAMAGED = settings(
@@ -327,9 +325,8 @@ DAMAGED = settings(
 @pytest.mark.parametrize("name", [*WRITERS, "r.wav"])
 @DAMAGED
 @given(data=st.data())
-def test_damaged_files_are_read_or_refused(tmp_path, contents, name, data):
+def test_damaged_files_are_read_or_refused(tmp_path, content, name, data):
     """Cut short, with bytes that are others, and with bytes too many."""
-    content = contents[name]
     path = tmp_path / name
     place = data.draw(st.integers(0, len(content) - 1))
     piece = data.draw(st.binary(max_size=8))
@@ -348,8 +345,8 @@ def test_damaged_files_are_read_or_refused(tmp_path, contents, name, data):
 
 
 @pytest.mark.parametrize("name", ["r.mat", "r.h5", "r.tdms", "r.wav"])
-def test_files_that_end_early_are_refused(tmp_path, contents, name):
-    content, path = contents[name], tmp_path / name
+def test_files_that_end_early_are_refused(tmp_path, content, name):
+    path = tmp_path / name
     for part in (0.3, 0.6, 0.95):
         path.write_bytes(content[: int(part * len(content))])
         assert read_or_refuse(path) is None
@@ -357,6 +354,7 @@ def test_files_that_end_early_are_refused(tmp_path, contents, name):
 
 @pytest.mark.parametrize("ending", recording_formats.READERS)
 def test_other_files_are_refused(tmp_path, ending):
+    """Also without the package that would read them."""
     path = tmp_path / f"r{ending}"
     for content in (b"", b"\0" * 400, bytes(range(256)) * 4, b"RIFF" + b"\xff" * 90):
         path.write_bytes(content)

@@ -111,7 +111,10 @@ class MeasuredProblem(Problem):
 
     @property
     def announcements(self) -> Iterator[str]:
-        yield from (self.computed or super()).announcements
+        if self.computed is None:
+            yield from self.study.announcements
+        else:
+            yield from self.computed.announcements
 
     def tasks(self) -> Iterator[Task]:
         yield Task("measured", self._measured)
