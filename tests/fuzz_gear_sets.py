@@ -448,6 +448,7 @@ NAMED = {
     **dict.fromkeys(("seed-five-speed", "SPURRED"), "box.toml"),
     "CASE": "case.toml",
     "FALLING": "run.csv",
+    "RECORDING": "run.csv",
     "TABLE": "table.csv",
     "RUNS": "kept",
     "HISTORY": "none",

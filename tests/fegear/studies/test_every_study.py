@@ -26,6 +26,7 @@ from declared_columns import declared, require_declared
 from drawn_figures import axis_labels, require_readable, saved_figures
 from interactive_checks import check_figure
 from quick_benchmarks import answer_at_once
+from recorded_signals import recording_text
 from short_uses import input_texts, written_use
 from shown_results import what_is_shown
 from slow_tests import in_tier_of
@@ -505,6 +506,9 @@ def files_of_example(command: str, name: str) -> Iterator[tuple[list[str], bytes
         elif setting_name in ("table", "time_history"):
             option = f"--{setting_name.replace('_', '-')}"
             yield [*study.argv, option, name], b"position\n"
+        elif setting_name == "measured":  # with noise of its own
+            changed = replace(study, noise_percent=0.0, measured=name)
+            yield changed.argv, recording_text().encode()
         else:
             value, text = READ_BY_EXAMPLE[setting_name](name)
             yield replace(study, **{setting_name: value}).argv, text.encode()
