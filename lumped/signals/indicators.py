@@ -65,12 +65,11 @@ def sixth_moment(values: Array) -> Array:
     (c,) array
         Sixth moment, NaN of a constant.
     """
-    squares = (values - values.mean(axis=0)) ** 2
-    variance = squares.mean(axis=0)
-    constant = variance == 0.0
-    sixth = (squares**3).mean(axis=0)
-    ratio: Array = sixth / np.where(constant, np.nan, variance) ** 3
-    return ratio
+    deviation = values - values.mean(axis=0)
+    rms = np.sqrt((deviation**2).mean(axis=0))
+    relative = deviation / np.where(rms == 0.0, np.nan, rms)
+    moment: Array = (relative**6).mean(axis=0)
+    return moment
 
 
 def difference_indicators(average: TurnAverage) -> Mapping[str, Array]:

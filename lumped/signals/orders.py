@@ -106,14 +106,14 @@ def resample_at(time: ArrayLike, values: ArrayLike, at: ArrayLike) -> Array:
     ----------
     time : (t,) array_like
         Times of the samples, rising [s].
-    values : (t, c) array_like
-        Samples of c signals.
+    values : (t,) or (t, c) array_like
+        Samples of a signal, or of c signals.
     at : (k,) array_like
         Times within those of the samples [s].
 
     Returns
     -------
-    (k, c) array
+    (k,) or (k, c) array
         Values at these times, with an error of fourth order in the step.
 
     Raises

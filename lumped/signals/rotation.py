@@ -232,4 +232,6 @@ def signals_over_angle(
     angle = np.arange(turns * refined) / (refined * float(ratio))
     at = rotation.times_at(np.minimum(angle, rotation.total))
     at = np.clip(at, samples[0], samples[-1])
-    return SignalsOverAngle(resample_at(samples, values, at), refined)
+    columns = np.asarray(values, float).T  # one by one: splines take four times more
+    resampled = [resample_at(samples, column, at) for column in columns]
+    return SignalsOverAngle(np.stack(resampled, axis=1), refined)

@@ -23,6 +23,11 @@ from lumped.signals.indicators import difference_indicators
 from lumped.signals.sampling import TurningGear, residual_indicators
 
 MAX_HARMONIC = 8.5  # of the gear's mesh, in order maps
+# that are no signals, and that a channel of a recording may be named like
+TABLE_COLUMNS = {
+    *("gear", "angle_deg", "tooth", "order", "mesh_harmonic", "sideband"),
+    *("frequency_Hz", "turns_of_gear", "gear_speed_rpm"),
+}
 DIFFERENCE_INDICATORS = ("fm4", "m6a", "na4", "energy_ratio")
 
 
@@ -94,8 +99,14 @@ class GearAverages:
             )
 
     def columns(self, values: Array, prefix: str = "") -> dict[str, Array]:
-        """Columns of a table (n, c) by the names of the signals."""
-        return {f"{prefix}{name}": values[:, c] for c, name in enumerate(self.names)}
+        """Columns of a table (n, c) by the names of the signals.
+
+        A channel that is named like another column has `channel_` before its name.
+        """
+        return {
+            f"{prefix}{f'channel_{name}' if name in TABLE_COLUMNS else name}": column
+            for name, column in zip(self.names, values.T, strict=True)
+        }
 
     @property
     def over_turn(self) -> dict[str, Any]:

@@ -43,6 +43,8 @@ from lumped.signals.rotation import (
 from lumped.signals.sampling import TurningGear
 from lumped.signals.tachometer import PulseTrain, repaired_pulses, rising_edges
 
+MAX_VALUES = 20_000_000  # of all channels that are averaged
+
 
 @dataclass(frozen=True, eq=False)
 class MeasuredRotation:
@@ -233,6 +235,12 @@ def _averaged_channels(study: Any, recording: Recording) -> tuple[str, ...]:
     )
     if not names:
         raise InputError(f"{recording.source}: has no channel but that of the rotation")
+    samples = recording.channels[names[0]].size
+    if samples * len(names) > MAX_VALUES:
+        raise InputError(
+            f"{recording.source}: {len(names)} channels of {samples} samples; at most "
+            f"{MAX_VALUES} values are averaged, choose {display_name(study, 'channels')}"
+        )
     return names
 
 

@@ -224,6 +224,8 @@ class MeasuredResult(StudyResult):
         yield from self.notes
         yield averages_table(one.entries, "measured: averages over a turn")
         yield indicators_table(one.entries, "measured: indicators of damage")
+        if others := [other.gear.name for other in self.averages if other is not one]:
+            yield f"averages over turns of {', '.join(others)} are in the tables"
         yield from self._computed_page()
 
     def _computed_page(self) -> Iterator[Any]:

@@ -205,6 +205,15 @@ def test_every_gear_of_the_set_has_its_averages(tmp_path):
     assert list(result.table["gear"]) == ["a", "b", "c"]
 
 
+def test_channels_that_are_named_like_columns(tmp_path):
+    columns = recording()
+    path = write(tmp_path, {"t": columns["time_s"], "tooth": columns["acc"]} | columns)
+    result = measured(path, channels=("tooth", "acc"))
+    table = result.more_tables["average"]
+    assert set(table["tooth"]) == set(range(1, 24))
+    np.testing.assert_array_equal(table["channel_tooth"], table["acc"])
+
+
 def test_computed_signals_are_at_the_mean_speed(tmp_path):
     settings = {"computed": True, "model": MODEL, "turns": 2, "channels": ("acc",)}
     path = write(tmp_path, recording())
@@ -293,3 +302,11 @@ def test_a_study_of_a_recording_can_be_typed(tmp_path):
     assert "--measured" in argv
     by_text = replace(study, channels="a, b")
     assert by_text == study
+
+
+def test_a_recording_that_is_too_long_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("fegear.commands.signals.measured.MAX_VALUES", 7999)
+    path = write(tmp_path, recording())
+    with pytest.raises(InputError, match="3 channels of 4000 samples; at most 7999"):
+        measured(path)
+    assert measured(path, channels=("acc",)).gear_averages.names == ("acc",)
