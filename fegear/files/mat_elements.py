@@ -9,6 +9,7 @@ import zlib
 from fegear.files.errors import InputError
 
 HEADER_BYTES, TAG_BYTES = 128, 8
+MIN_SHAPE_BYTES = 8  # of two dimensions
 COMPRESSED, MATRIX = 15, 14  # types of elements
 INT8, INT32, UINT32, UTF8 = 1, 5, 6, 16
 # of values in single elements, and of arrays; SciPy looks up others out of bounds
@@ -80,7 +81,8 @@ def _require_head(matrix: bytes, order: str, path: str) -> int:
         return 16
     kind, size = struct.unpack_from(f"{order}II", matrix, 16)
     name = 24 + size + -size % TAG_BYTES
-    if kind not in (INT32, UINT32) or name + TAG_BYTES > len(matrix):
+    is_shape = kind in (INT32, UINT32) and size >= MIN_SHAPE_BYTES
+    if not is_shape or name + TAG_BYTES > len(matrix):
         raise _damaged(path)
     _require_shape(matrix, order, path)
     (name_kind,) = struct.unpack_from(f"{order}I", matrix, name)

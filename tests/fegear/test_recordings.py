@@ -344,6 +344,18 @@ def test_damaged_files_are_read_or_refused(tmp_path, content, name, data):
     read_or_refuse(path)
 
 
+def test_no_bit_of_a_mat_file_ends_the_program(tmp_path):
+    """SciPy looks types up out of bounds, unless they are checked first."""
+    path, start = tmp_path / "r.mat", 128
+    savemat(path, {"run": {"a": A[:5], "t": TIME[:5]}, "text": "rig", "fs": 3.0})
+    content = path.read_bytes()
+    for place in range(start, len(content)):
+        for bit in {3, place % 8}:
+            flipped = bytes([content[place] ^ (1 << bit)])
+            path.write_bytes(content[:place] + flipped + content[place + 1 :])
+            read_or_refuse(path)
+
+
 @pytest.mark.parametrize("name", ["r.mat", "r.h5", "r.tdms", "r.wav"])
 def test_files_that_end_early_are_refused(tmp_path, content, name):
     path = tmp_path / name

@@ -237,9 +237,10 @@ def _averaged_channels(study: Any, recording: Recording) -> tuple[str, ...]:
         raise InputError(f"{recording.source}: has no channel but that of the rotation")
     samples = recording.channels[names[0]].size
     if samples * len(names) > MAX_VALUES:
+        option = display_name(study, "channels")
         raise InputError(
             f"{recording.source}: {len(names)} channels of {samples} samples; at most "
-            f"{MAX_VALUES} values are averaged, choose {display_name(study, 'channels')}"
+            f"{MAX_VALUES} values are averaged, choose some by {option}"
         )
     return names
 
