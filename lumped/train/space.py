@@ -36,7 +36,7 @@ from lumped.train.width_springs import WidthLaw
 
 RIGID_RTOL = 1e-7  # frequency over the highest one below which a motion is rigid
 # Modes with gears held are kept up to so many times the highest frequency at which the
-# whole machine strains its teeth: up to that one frequencies then change by 1 %
+# whole machine strains its teeth
 KEPT_MODES = 1.5
 MIN_STRAIN = 0.05  # part of the strain energy of such modes in teeth
 
@@ -55,6 +55,8 @@ class MotionInSpace(ShortRepr):
     system : the shafts themselves
     rotations : (g, N) rows of the rotations of gears
     mesh_motions : (m, 2, 11) both rows of a mesh by the rigid motions of its gears
+    strained_Hz : (k,) natural frequencies of all N coordinates, with mean mesh
+        stiffnesses, of modes with MIN_STRAIN of their strain energy in teeth
     """
 
     coordinates: Coordinates
@@ -68,6 +70,7 @@ class MotionInSpace(ShortRepr):
     system: RotorSystem
     rotations: Array
     mesh_motions: Array
+    strained_Hz: Array
 
     @cached_property
     def bearing_forces(self) -> tuple[Array, Array]:
@@ -159,9 +162,10 @@ def motion_in_space(
     stiffness = matrices.stiffness - matrices.mesh_stiffness.sum(axis=0)
     across = 0.5 * (stiffness - stiffness.T)
     stiffness = stiffness - across
-    basis, squares = _modes(
-        matrices, stiffness, _coordinates_of_gears(matrices, places), bound
-    )
+    strained = _strained_frequencies(matrices)
+    highest = bound * float(strained.max(initial=0.0))
+    at_gears = _coordinates_of_gears(matrices, places)
+    basis, squares = _modes(matrices, stiffness, at_gears, highest)
     rows = np.stack(
         [
             law.rows @ rigid_motions(matrices, mesh) @ basis
@@ -189,6 +193,7 @@ def motion_in_space(
         system=system,
         rotations=rotations,
         mesh_motions=np.stack([law.rows for law in laws]),
+        strained_Hz=strained / (2.0 * math.pi),
     )
 
 
@@ -208,18 +213,20 @@ def _modes(
     matrices: GyroscopicSystem,
     stiffness: Array,
     at_gears: NDArray[np.intp],
-    bound: float,
+    highest: float,
 ) -> tuple[Array, Array]:
-    """Modes (N, n) of unit mass without teeth, and their squared frequencies (n,)."""
+    """Modes (N, n) of unit mass without teeth, and their squared frequencies (n,).
+
+    highest : frequency up to which modes with gears held are kept [rad/s]
+    """
     inside = np.setdiff1d(np.arange(matrices.size), at_gears)
     within = stiffness[np.ix_(inside, inside)]
     static = np.zeros((matrices.size, at_gears.size))
     static[at_gears, np.arange(at_gears.size)] = 1.0
     static[inside] = -np.linalg.solve(within, stiffness[np.ix_(inside, at_gears)])
-    highest = bound**2 * _highest_strained(matrices)
     # of a housing there may be coordinates without mass, but none without stiffness
     inverse_squares, held = eigh(matrices.mass[np.ix_(inside, inside)], within)
-    chosen = inverse_squares * highest >= 1.0
+    chosen = inverse_squares * highest**2 >= 1.0
     with_gears_held = np.zeros((matrices.size, int(chosen.sum())))
     with_gears_held[inside] = held[:, chosen] / np.sqrt(inverse_squares[chosen])
     reduced = np.hstack([static, with_gears_held])
@@ -230,12 +237,13 @@ def _modes(
     return reduced @ shapes, squares
 
 
-def _highest_strained(matrices: GyroscopicSystem) -> float:
-    """Largest squared frequency of a mode of all coordinates that strains teeth."""
+def _strained_frequencies(matrices: GyroscopicSystem) -> Array:
+    """Frequencies (k,) of modes of all coordinates that strain teeth [rad/s]."""
     meshes = matrices.mesh_stiffness.sum(axis=0)
     squares, shapes = modes_at_rest(matrices)
-    strained = (shapes * (meshes @ shapes)).sum(axis=0) >= MIN_STRAIN * squares
-    return float(squares[strained].max(initial=0.0))
+    in_teeth = (shapes * (meshes @ shapes)).sum(axis=0)
+    strained = (in_teeth >= MIN_STRAIN * squares) & (squares > 0.0)
+    return np.asarray(np.sqrt(squares[strained]))
 
 
 def _coordinates(
