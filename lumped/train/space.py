@@ -23,7 +23,8 @@ from scipy.linalg import eigh
 
 from lumped.common.array_types import Array
 from lumped.common.short_repr import ShortRepr
-from lumped.rotors.beams import AXIAL_COORDINATE, NODE_COORDINATES
+from lumped.rotors.beams import AXIAL_COORDINATE, NODE_COORDINATES, X, Y
+from lumped.rotors.bearing_matrices import Z, force_at_rest, forces_at_rest
 from lumped.rotors.description import RotorSystem
 from lumped.rotors.gyroscopic import GyroscopicSystem
 from lumped.rotors.housing import HOUSING_NODE_SIZE
@@ -51,6 +52,7 @@ class MotionInSpace(ShortRepr):
     gyroscopic : (n, n) over the speed of the first mesh's driver
     cross_stiffness : (n, n) skew part of the stiffness of bearings [1/s2]
     basis : (N, n) displacements of the shafts' N coordinates per coordinate
+    offset : (N,) constant part of these, of shafts between gears that are held
     matrices : shafts that these belong to
     system : the shafts themselves
     rotations : (g, N) rows of the rotations of gears
@@ -66,6 +68,7 @@ class MotionInSpace(ShortRepr):
     gyroscopic: Array
     cross_stiffness: Array
     basis: Array
+    offset: Array
     matrices: GyroscopicSystem
     system: RotorSystem
     rotations: Array
@@ -75,6 +78,8 @@ class MotionInSpace(ShortRepr):
     @cached_property
     def bearing_forces(self) -> tuple[Array, Array]:
         """Forces (b, 3, n) of bearings on shafts along x, y, z, by coordinate and rate.
+
+        Those of linearised bearings come on top of what they have at rest.
 
         In the order of the shafts and of the bearings on each [N/m and N s/m].
         """
@@ -118,8 +123,25 @@ class MotionInSpace(ShortRepr):
             part.reshape(-1, self.count) for part in self.bearing_forces
         )
         force = displacement @ over_displacement.T + velocity @ over_velocity.T
+        force = force + self._forces_at_rest
         moving = self.basis[self._places_of_sensors]
         return np.hstack([-force, acceleration @ moving.T])
+
+    @property
+    def _forces_at_rest(self) -> Array:
+        """Forces (3 b,) of bearings on shafts without motion of the coordinates."""
+        forces = [
+            force_at_rest(bearing)[[X, Y, Z]]
+            for rotor in self.system.rotors
+            for bearing in rotor.bearings
+        ]
+        constant = bearing_forces(
+            self.system,
+            self.matrices,
+            np.zeros(1),
+            self.offset[None].astype(np.complex128),
+        )
+        return np.concatenate(forces) + np.concatenate([f[0].real for f in constant])
 
     @property
     def _places_of_sensors(self) -> list[int]:
@@ -166,6 +188,9 @@ def motion_in_space(
     highest = bound * float(strained.max(initial=0.0))
     at_gears = _coordinates_of_gears(matrices, places)
     basis, squares = _modes(matrices, stiffness, at_gears, highest)
+    at_rest = forces_at_rest(matrices, system)
+    offset = _deflection_with_gears_held(stiffness, at_gears, at_rest)
+    at_rest = at_rest - stiffness @ offset
     rows = np.stack(
         [
             law.rows @ rigid_motions(matrices, mesh) @ basis
@@ -181,7 +206,7 @@ def motion_in_space(
             squares,
             rows,
             tilt_stiffness,
-            np.array(torques) @ rotations @ basis,
+            (np.array(torques) @ rotations + at_rest) @ basis,
         ),
         tilt_rows=rows[:, 1],
         tilt_stiffness=tilt_stiffness,
@@ -189,6 +214,7 @@ def motion_in_space(
         gyroscopic=basis.T @ matrices.gyroscopic @ basis,
         cross_stiffness=basis.T @ across @ basis,
         basis=basis,
+        offset=offset,
         matrices=matrices,
         system=system,
         rotations=rotations,
@@ -217,6 +243,7 @@ def _modes(
 ) -> tuple[Array, Array]:
     """Modes (N, n) of unit mass without teeth, and their squared frequencies (n,).
 
+    at_gears : coordinates of gears
     highest : frequency up to which modes with gears held are kept [rad/s]
     """
     inside = np.setdiff1d(np.arange(matrices.size), at_gears)
@@ -235,6 +262,18 @@ def _modes(
     )
     squares[squares < RIGID_RTOL**2 * squares[-1]] = 0.0
     return reduced @ shapes, squares
+
+
+def _deflection_with_gears_held(
+    stiffness: Array, at_gears: NDArray[np.intp], load: Array
+) -> Array:
+    """Displacements (N,) under constant loads (N,), which modes need not have."""
+    inside = np.setdiff1d(np.arange(load.size), at_gears)
+    deflection = np.zeros(load.size)
+    if load.any():
+        within = stiffness[np.ix_(inside, inside)]
+        deflection[inside] = np.linalg.solve(within, load[inside])
+    return deflection
 
 
 def _strained_frequencies(matrices: GyroscopicSystem) -> Array:

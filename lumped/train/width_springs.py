@@ -24,11 +24,13 @@ from lumped.common.array_types import Array
 from lumped.common.short_repr import ShortRepr
 from lumped.rotors.description import MeshSpring
 from lumped.rotors.mesh_springs import approach_of_motions
+from lumped.train.bodies import TrainError
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import wave_from_samples
 
 PARTS = np.array([1.0, 4.0, 1.0]) / 6.0  # of the stiffness, of the springs
 PLACES = np.array([-1.0, 0.0, 1.0])  # over sqrt(3) r
+MEAN_POINTS = 256  # of a mesh cycle
 MIN_SPREAD = 1e-3  # sqrt(3) r over its mean, where one point carries the load
 
 
@@ -131,7 +133,15 @@ def width_law(
     motions, loads : rigid motions (n, 11) of both gears, and the loads that belong to
         them, of which the components beside approach and slope are left out
     stiffness : slopes (n, 11, 11) of these loads
+
+    Raises TrainError where teeth do not resist their approach.
     """
+    if not (np.isfinite(stiffness[:, 0, 0]) & (stiffness[:, 0, 0] > 0.0)).all():
+        position = int(np.argmin(stiffness[:, 0, 0])) / len(stiffness)
+        raise TrainError(
+            f"teeth at rest have no stiffness against approach at position "
+            f"{position:g}; shafts or bearings may be too soft"
+        )
     rows = approach_of_motions(mesh)
     middle, tilt = rows
     norm = float(tilt @ tilt)
@@ -148,6 +158,22 @@ def width_law(
         slopes=np.column_stack([k, mixed, tilting]),
     )
     return law.about(float(mixed.mean() / k.mean()))
+
+
+def mean_loads_of_gaps(excitation: MeshExcitation) -> tuple[float, float]:
+    """Mean force and moment by which gaps relieve springs that are pressed together.
+
+    With the mean stiffness they have F = k s less this force, M = kappa t less this
+    moment, at approaches s and t that do not vary.
+    """
+    at = np.arange(MEAN_POINTS) / MEAN_POINTS
+    force, moment = 0.0, 0.0
+    for pair in excitation.pairs:
+        if pair.place is not None:
+            relieved = pair.stiffness(at) * pair.gap(at)
+            force += float(relieved.mean())
+            moment += float((pair.place(at) * relieved).mean())
+    return force, moment
 
 
 def with_mean_matrix(mesh: MeshSpring, law: WidthLaw) -> MeshSpring:
