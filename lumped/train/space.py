@@ -29,7 +29,7 @@ from lumped.rotors.description import RotorSystem
 from lumped.rotors.gyroscopic import GyroscopicSystem
 from lumped.rotors.housing import HOUSING_NODE_SIZE
 from lumped.rotors.matrices import assemble
-from lumped.rotors.mesh_springs import rigid_motions
+from lumped.rotors.mesh_springs import approach_of_motions, rigid_motions
 from lumped.rotors.response import bearing_forces
 from lumped.rotors.rest import modes_at_rest
 from lumped.train.coordinates import SHAFT, TILT, Coordinates
@@ -159,6 +159,18 @@ class MotionInSpace(ShortRepr):
             for node in range(len(nodes))
             for axis in range(3)
         ]
+
+    @property
+    def middles(self) -> Array:
+        """Mean centers of stiffness (m,) from the middles of the planes of action [m].
+
+        Along the axis; deflections and moments of meshes refer to them.
+        """
+        places = []
+        for rows, mesh in zip(self.mesh_motions, self.system.meshes, strict=True):
+            away = rows[0] - approach_of_motions(mesh)[0]
+            places.append(away @ rows[1] / (rows[1] @ rows[1]))
+        return np.array(places)
 
     @property
     def count(self) -> int:

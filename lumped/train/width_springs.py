@@ -15,6 +15,7 @@ unloaded, the other two carry the load.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -32,6 +33,7 @@ PARTS = np.array([1.0, 4.0, 1.0]) / 6.0  # of the stiffness, of the springs
 PLACES = np.array([-1.0, 0.0, 1.0])  # over sqrt(3) r
 MEAN_POINTS = 256  # of a mesh cycle
 MIN_SPREAD = 1e-3  # sqrt(3) r over its mean, where one point carries the load
+ONE_PLACE = 1e-6  # sqrt(3) r where it does at all positions [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,8 +85,8 @@ class WidthLaw(ShortRepr):
     def spread(self) -> Array:
         """Distance (n,) of the outer springs from the center of stiffness [m]."""
         squares = 3.0 * (self.slopes[:, 2] / self.slopes[:, 0] - self.center**2)
-        least = MIN_SPREAD**2 * max(float(squares.mean()), 0.0)
-        return np.sqrt(np.maximum(squares, least))
+        least = MIN_SPREAD * math.sqrt(max(float(squares.mean()), 0.0))
+        return np.sqrt(np.maximum(squares, max(least, ONE_PLACE) ** 2))
 
     @cached_property
     def shares(self) -> Array:
@@ -151,6 +153,7 @@ def width_law(
     tilting = (stiffness @ tilt) @ tilt / norm**2
     ahead = float(middle @ tilt) / norm
     tilting -= k * ahead**2 + 2.0 * mixed * ahead
+    tilting = np.maximum(tilting, mixed**2 / k)  # but for round-off it is
     law = WidthLaw(
         rows=rows,
         approach=motions @ rows.T,

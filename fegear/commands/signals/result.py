@@ -44,6 +44,7 @@ class SignalsResult(StudyResult):
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
     engagement : contact of the gear's teeth in its first mesh
     turns_of_motion : of the gear, after which the motion repeats
+    teeth_differ : whether some tooth of the gear set differs from others
     """
 
     study: Any
@@ -59,6 +60,7 @@ class SignalsResult(StudyResult):
     tooth: NDArray[np.int64]
     engagement: Engagement
     turns_of_motion: int
+    teeth_differ: bool
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -87,7 +89,12 @@ class SignalsResult(StudyResult):
         }
 
     def _disagreement(self) -> Iterator[str]:
-        """A warning where signals of one gear name different teeth."""
+        """A warning where signals of one gear name different teeth.
+
+        None of teeth that are alike where there is no noise: residuals are numerical.
+        """
+        if not (self.teeth_differ or self.study.noise_percent):
+            return
         teeth = {
             name: int(tooth)
             for name, tooth in zip(self.names, self._indicators["tooth"], strict=True)

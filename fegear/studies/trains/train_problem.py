@@ -248,6 +248,12 @@ def system_notes(system: LumpedSystem) -> Iterator[str]:
     """Lines on shafts that are reduced, and on rolling bearings."""
     if system.space is not None:
         yield reduction_note(system)
+        for number, place in enumerate(system.space.middles.tolist(), start=1):
+            yield (
+                f"mesh {number}: transmission error and moment are those at the mean "
+                f"center of stiffness, {1e3 * place:+.3g} mm along the axis from the "
+                "middle of the face width in contact"
+            )
     yield from _bearing_notes(system)
 
 
