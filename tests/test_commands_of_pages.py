@@ -40,7 +40,7 @@ FEWER_SPEEDS = {
     "--rpm 500:3000:50": "--rpm 1000:1100:50",
     "--rpm 1000:4500:100": "--rpm 2400:2500:100",
     "--rpm 1000:6000:500": "--rpm 5000:5500:500",
-    "--max-rpm 4500 --points 46": "--max-rpm 4500 --points 5",
+    "--max-rpm 4500 --points 46": "--max-rpm 4500 --points 3 --modes 4",
     "--speeds 1000:4000:50 --designs 30": "--speeds 2400:2800:200 --designs 4",
     "sweep liu-idler -o s.csv": (
         "sweep liu-idler --resolution coarse --speeds 2000 -o s.csv"
@@ -87,6 +87,10 @@ FEWER_POINTS = {
     "--starts 2000": "--starts 200",
 }
 COARSER = {
+    "--set gear.3.helix_angle_deg=16.2 --set gear.4.helix_angle_deg=16.2": "",
+    "--resolution coarse --positions 8 --starts 2": (
+        "--resolution coarse --positions 8 --starts 1"
+    ),
     "render planetary-24-36-96": "render planetary-24-36-96 --resolution coarse",
     "mesh.2.tip_relief.magnitude_um=0:14": "mesh.2.tip_relief.magnitude_um=0:1",
     "motion liu-idler": "motion liu-idler --resolution coarse",

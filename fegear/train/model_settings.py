@@ -155,6 +155,10 @@ class LumpedModel(ShortRepr):
             raise ValueError(
                 f"friction = {self.friction:g}; must be 0 with motion = space"
             )
+        if self._unmodified:
+            raise ValueError(
+                "relief_stiffness = unmodified; must be own with motion = space"
+            )
 
     def tooth_friction(self, bending: BendingRatio) -> ToothFriction:
         """Friction of a mesh, with its friction-bending ratio.

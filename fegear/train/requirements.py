@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS
@@ -85,6 +87,11 @@ def _require_coupled(
 
 def _require_space(gear_set: GearSet, source: ExcitationSource) -> None:
     """Raise InputError where gears cannot move in space."""
+    if gear_set.carrier is not None:
+        raise InputError(
+            f"{gear_set.name}: motion = space; of gears on fixed axes, not of "
+            "planetary sets"
+        )
     if not isinstance(source, Excitations) or source.settings.kind != "fe":
         raise InputError(
             "motion = space; loads over the face width come from finite elements, "
@@ -96,4 +103,6 @@ def _require_space(gear_set: GearSet, source: ExcitationSource) -> None:
             f"motion = space; needs loads that vary over the face width, plane = width,"
             f" not {plane}"
         )
-    rotor_system(gear_set, [1.0] * len(gear_set.meshes), 1, "space")
+    # bearings that roll are linearised, and a housing is joined, where loads are known
+    bare = replace(gear_set, housing=None)
+    rotor_system(bare, [1.0] * len(gear_set.meshes), 1, "space")

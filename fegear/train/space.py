@@ -80,7 +80,12 @@ def system_in_space(
     ones = [1.0] * len(meshes)
     bare = rotor_system(gear_set, ones, ELEMENTS, "space", rolling=rolling)
     whirl_problem(gear_set, bare)  # refused where nothing holds a housing
-    laws = [law_of(*pair) for pair in zip(bare.meshes, meshes, strict=True)]
+    laws = []
+    for number, pair in enumerate(zip(bare.meshes, meshes, strict=True), start=1):
+        try:
+            laws.append(law_of(*pair))
+        except TrainError as error:
+            raise InputError(f"{gear_set.name}: mesh {number}: {error}") from None
     springs = map(with_mean_matrix, bare.meshes, laws)
     train = train_of(gear_set, torque, damping_ratio=damping_ratio)
     places = {

@@ -9,11 +9,13 @@ import numpy as np
 from fegear.train.loaded_modes import LinearModel, SpaceTerms
 from lumped.common.checks import require_present
 from lumped.rotors.beams import AXIAL_COORDINATE, NODE_COORDINATES
+from lumped.rotors.bearing_matrices import forces_at_rest
 from lumped.rotors.housing import NODE_COORDINATES as HOUSING_COORDINATES
 from lumped.rotors.mesh_springs import rigid_motions
 from lumped.rotors.rest import modes_at_rest
 from lumped.train.space import MotionInSpace
 from lumped.train.system import LumpedSystem
+from lumped.train.width_springs import mean_loads_of_gaps
 
 
 def linear_model_in_space(system: LumpedSystem) -> LinearModel:
@@ -37,9 +39,7 @@ def linear_model_in_space(system: LumpedSystem) -> LinearModel:
     momentum = matrices.mass @ shapes
     modal = (momentum * (2.0 * system.train.damping_ratio * angular)) @ momentum.T
     load = np.array([gear.torque for gear in system.train.gears]) @ space.rotations
-    elastic = angular > 0.0
-    of_modes = (shapes[:, elastic].T @ load) / squares[elastic]
-    displacement = shapes[:, elastic] @ of_modes
+    load += forces_at_rest(matrices, space.system)
     rows = np.stack(
         [
             law_rows @ rigid_motions(matrices, mesh)
@@ -48,6 +48,13 @@ def linear_model_in_space(system: LumpedSystem) -> LinearModel:
             )
         ]
     )
+    offsets = np.array([mean_loads_of_gaps(one) for one in system.excitations])
+    elastic = angular > 0.0
+    # gaps of teeth act as loads on springs that are always pressed together
+    at_rest = load + np.einsum("mk,mkn->n", offsets, rows)
+    of_modes = (shapes[:, elastic].T @ at_rest) / squares[elastic]
+    displacement = shapes[:, elastic] @ of_modes
+    stiffness = system.modes.mean_stiffness
     return LinearModel(
         labels=tuple(_labels(space)),
         mass=matrices.mass,
@@ -56,8 +63,8 @@ def linear_model_in_space(system: LumpedSystem) -> LinearModel:
         load=load,
         displacement=displacement,
         mesh_rows=rows[:, 0],
-        mesh_stiffness=system.modes.mean_stiffness,
-        mesh_force=system.modes.mean_stiffness * (rows[:, 0] @ displacement),
+        mesh_stiffness=stiffness,
+        mesh_force=stiffness * (rows[:, 0] @ displacement) - offsets[:, 0],
         frequency_Hz=angular / (2.0 * np.pi),
         in_space=SpaceTerms(matrices.gyroscopic, rows[:, 1], space.tilt_stiffness),
     )

@@ -55,6 +55,24 @@ def bearing_damping(bearing: Bearing) -> Array:
     return damping
 
 
+def force_at_rest(bearing: Bearing) -> Array:
+    """Force (6,) of a bearing on a shaft in its place, which linearised ones have."""
+    force = np.zeros(BEARING_SIZE)
+    if bearing.linearised is not None:
+        force[STATIC_MOTIONS] = bearing.linearised.force
+    return force
+
+
+def forces_at_rest(matrices: GyroscopicSystem, system: RotorSystem) -> Array:
+    """Forces (n,) of all bearings on the coordinates of shafts in their places."""
+    total = np.zeros(matrices.size)
+    for number, rotor in enumerate(system.rotors):
+        for index, bearing in enumerate(rotor.bearings):
+            at, rows = bearing_motion(matrices, system, number, index)
+            total[at] += rows.T @ force_at_rest(bearing)
+    return total
+
+
 def is_isotropic(bearing: Bearing) -> bool:
     """Whether a bearing is the same in all directions, so that it may be seen turning.
 

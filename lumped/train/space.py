@@ -23,12 +23,13 @@ from scipy.linalg import eigh
 
 from lumped.common.array_types import Array
 from lumped.common.short_repr import ShortRepr
-from lumped.rotors.beams import AXIAL_COORDINATE, NODE_COORDINATES
+from lumped.rotors.beams import AXIAL_COORDINATE, NODE_COORDINATES, X, Y
+from lumped.rotors.bearing_matrices import Z, force_at_rest, forces_at_rest
 from lumped.rotors.description import RotorSystem
 from lumped.rotors.gyroscopic import GyroscopicSystem
 from lumped.rotors.housing import HOUSING_NODE_SIZE
 from lumped.rotors.matrices import assemble
-from lumped.rotors.mesh_springs import rigid_motions
+from lumped.rotors.mesh_springs import approach_of_motions, rigid_motions
 from lumped.rotors.response import bearing_forces
 from lumped.rotors.rest import modes_at_rest
 from lumped.train.coordinates import SHAFT, TILT, Coordinates
@@ -36,7 +37,7 @@ from lumped.train.width_springs import WidthLaw
 
 RIGID_RTOL = 1e-7  # frequency over the highest one below which a motion is rigid
 # Modes with gears held are kept up to so many times the highest frequency at which the
-# whole machine strains its teeth: up to that one frequencies then change by 1 %
+# whole machine strains its teeth
 KEPT_MODES = 1.5
 MIN_STRAIN = 0.05  # part of the strain energy of such modes in teeth
 
@@ -51,10 +52,13 @@ class MotionInSpace(ShortRepr):
     gyroscopic : (n, n) over the speed of the first mesh's driver
     cross_stiffness : (n, n) skew part of the stiffness of bearings [1/s2]
     basis : (N, n) displacements of the shafts' N coordinates per coordinate
+    offset : (N,) constant part of these, of shafts between gears that are held
     matrices : shafts that these belong to
     system : the shafts themselves
     rotations : (g, N) rows of the rotations of gears
     mesh_motions : (m, 2, 11) both rows of a mesh by the rigid motions of its gears
+    strained_Hz : (k,) natural frequencies of all N coordinates, with mean mesh
+        stiffnesses, of modes with MIN_STRAIN of their strain energy in teeth
     """
 
     coordinates: Coordinates
@@ -64,14 +68,18 @@ class MotionInSpace(ShortRepr):
     gyroscopic: Array
     cross_stiffness: Array
     basis: Array
+    offset: Array
     matrices: GyroscopicSystem
     system: RotorSystem
     rotations: Array
     mesh_motions: Array
+    strained_Hz: Array
 
     @cached_property
     def bearing_forces(self) -> tuple[Array, Array]:
         """Forces (b, 3, n) of bearings on shafts along x, y, z, by coordinate and rate.
+
+        Those of linearised bearings come on top of what they have at rest.
 
         In the order of the shafts and of the bearings on each [N/m and N s/m].
         """
@@ -115,8 +123,25 @@ class MotionInSpace(ShortRepr):
             part.reshape(-1, self.count) for part in self.bearing_forces
         )
         force = displacement @ over_displacement.T + velocity @ over_velocity.T
+        force = force + self._forces_at_rest
         moving = self.basis[self._places_of_sensors]
         return np.hstack([-force, acceleration @ moving.T])
+
+    @property
+    def _forces_at_rest(self) -> Array:
+        """Forces (3 b,) of bearings on shafts without motion of the coordinates."""
+        forces = [
+            force_at_rest(bearing)[[X, Y, Z]]
+            for rotor in self.system.rotors
+            for bearing in rotor.bearings
+        ]
+        constant = bearing_forces(
+            self.system,
+            self.matrices,
+            np.zeros(1),
+            self.offset[None].astype(np.complex128),
+        )
+        return np.concatenate(forces) + np.concatenate([f[0].real for f in constant])
 
     @property
     def _places_of_sensors(self) -> list[int]:
@@ -134,6 +159,18 @@ class MotionInSpace(ShortRepr):
             for node in range(len(nodes))
             for axis in range(3)
         ]
+
+    @property
+    def middles(self) -> Array:
+        """Mean centers of stiffness (m,) from the middles of the planes of action [m].
+
+        Along the axis; deflections and moments of meshes refer to them.
+        """
+        places = []
+        for rows, mesh in zip(self.mesh_motions, self.system.meshes, strict=True):
+            away = rows[0] - approach_of_motions(mesh)[0]
+            places.append(away @ rows[1] / (rows[1] @ rows[1]))
+        return np.array(places)
 
     @property
     def count(self) -> int:
@@ -159,9 +196,13 @@ def motion_in_space(
     stiffness = matrices.stiffness - matrices.mesh_stiffness.sum(axis=0)
     across = 0.5 * (stiffness - stiffness.T)
     stiffness = stiffness - across
-    basis, squares = _modes(
-        matrices, stiffness, _coordinates_of_gears(matrices, places), bound
-    )
+    strained = _strained_frequencies(matrices)
+    highest = bound * float(strained.max(initial=0.0))
+    at_gears = _coordinates_of_gears(matrices, places)
+    basis, squares = _modes(matrices, stiffness, at_gears, highest)
+    at_rest = forces_at_rest(matrices, system)
+    offset = _deflection_with_gears_held(stiffness, at_gears, at_rest)
+    at_rest = at_rest - stiffness @ offset
     rows = np.stack(
         [
             law.rows @ rigid_motions(matrices, mesh) @ basis
@@ -177,7 +218,7 @@ def motion_in_space(
             squares,
             rows,
             tilt_stiffness,
-            np.array(torques) @ rotations @ basis,
+            (np.array(torques) @ rotations + at_rest) @ basis,
         ),
         tilt_rows=rows[:, 1],
         tilt_stiffness=tilt_stiffness,
@@ -185,10 +226,12 @@ def motion_in_space(
         gyroscopic=basis.T @ matrices.gyroscopic @ basis,
         cross_stiffness=basis.T @ across @ basis,
         basis=basis,
+        offset=offset,
         matrices=matrices,
         system=system,
         rotations=rotations,
         mesh_motions=np.stack([law.rows for law in laws]),
+        strained_Hz=strained / (2.0 * math.pi),
     )
 
 
@@ -208,18 +251,21 @@ def _modes(
     matrices: GyroscopicSystem,
     stiffness: Array,
     at_gears: NDArray[np.intp],
-    bound: float,
+    highest: float,
 ) -> tuple[Array, Array]:
-    """Modes (N, n) of unit mass without teeth, and their squared frequencies (n,)."""
+    """Modes (N, n) of unit mass without teeth, and their squared frequencies (n,).
+
+    at_gears : coordinates of gears
+    highest : frequency up to which modes with gears held are kept [rad/s]
+    """
     inside = np.setdiff1d(np.arange(matrices.size), at_gears)
     within = stiffness[np.ix_(inside, inside)]
     static = np.zeros((matrices.size, at_gears.size))
     static[at_gears, np.arange(at_gears.size)] = 1.0
     static[inside] = -np.linalg.solve(within, stiffness[np.ix_(inside, at_gears)])
-    highest = bound**2 * _highest_strained(matrices)
     # of a housing there may be coordinates without mass, but none without stiffness
     inverse_squares, held = eigh(matrices.mass[np.ix_(inside, inside)], within)
-    chosen = inverse_squares * highest >= 1.0
+    chosen = inverse_squares * highest**2 >= 1.0
     with_gears_held = np.zeros((matrices.size, int(chosen.sum())))
     with_gears_held[inside] = held[:, chosen] / np.sqrt(inverse_squares[chosen])
     reduced = np.hstack([static, with_gears_held])
@@ -230,12 +276,25 @@ def _modes(
     return reduced @ shapes, squares
 
 
-def _highest_strained(matrices: GyroscopicSystem) -> float:
-    """Largest squared frequency of a mode of all coordinates that strains teeth."""
+def _deflection_with_gears_held(
+    stiffness: Array, at_gears: NDArray[np.intp], load: Array
+) -> Array:
+    """Displacements (N,) under constant loads (N,), which modes need not have."""
+    inside = np.setdiff1d(np.arange(load.size), at_gears)
+    deflection = np.zeros(load.size)
+    if load.any():
+        within = stiffness[np.ix_(inside, inside)]
+        deflection[inside] = np.linalg.solve(within, load[inside])
+    return deflection
+
+
+def _strained_frequencies(matrices: GyroscopicSystem) -> Array:
+    """Frequencies (k,) of modes of all coordinates that strain teeth [rad/s]."""
     meshes = matrices.mesh_stiffness.sum(axis=0)
     squares, shapes = modes_at_rest(matrices)
-    strained = (shapes * (meshes @ shapes)).sum(axis=0) >= MIN_STRAIN * squares
-    return float(squares[strained].max(initial=0.0))
+    in_teeth = (shapes * (meshes @ shapes)).sum(axis=0)
+    strained = (in_teeth >= MIN_STRAIN * squares) & (squares > 0.0)
+    return np.asarray(np.sqrt(squares[strained]))
 
 
 def _coordinates(

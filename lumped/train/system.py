@@ -382,6 +382,17 @@ class LumpedSystem(ShortRepr):
         return 2.0 * math.pi * float(loaded.frequency_Hz[strained].max(initial=0.0))
 
     @cached_property
+    def reduction_error(self) -> float:
+        """Largest relative error of natural frequencies that strain teeth, in space.
+
+        Those of the reduced shafts are compared with those of all their coordinates.
+        """
+        space = require_present(self.space, "motion in space")
+        frequencies = self.modes.frequency_Hz[self.moving]
+        ratio = frequencies[:, None] / space.strained_Hz
+        return float(np.abs(ratio - 1.0).min(axis=0).max(initial=0.0))
+
+    @cached_property
     def resonances_Hz(self) -> Array:
         """Natural frequencies of modes that strain a mesh, under load if coupled."""
         if self.space is not None:

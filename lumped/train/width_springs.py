@@ -15,6 +15,7 @@ unloaded, the other two carry the load.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -24,12 +25,15 @@ from lumped.common.array_types import Array
 from lumped.common.short_repr import ShortRepr
 from lumped.rotors.description import MeshSpring
 from lumped.rotors.mesh_springs import approach_of_motions
+from lumped.train.bodies import TrainError
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import wave_from_samples
 
 PARTS = np.array([1.0, 4.0, 1.0]) / 6.0  # of the stiffness, of the springs
 PLACES = np.array([-1.0, 0.0, 1.0])  # over sqrt(3) r
+MEAN_POINTS = 256  # of a mesh cycle
 MIN_SPREAD = 1e-3  # sqrt(3) r over its mean, where one point carries the load
+ONE_PLACE = 1e-6  # sqrt(3) r where it does at all positions [m]
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +85,8 @@ class WidthLaw(ShortRepr):
     def spread(self) -> Array:
         """Distance (n,) of the outer springs from the center of stiffness [m]."""
         squares = 3.0 * (self.slopes[:, 2] / self.slopes[:, 0] - self.center**2)
-        least = MIN_SPREAD**2 * max(float(squares.mean()), 0.0)
-        return np.sqrt(np.maximum(squares, least))
+        least = MIN_SPREAD * math.sqrt(max(float(squares.mean()), 0.0))
+        return np.sqrt(np.maximum(squares, max(least, ONE_PLACE) ** 2))
 
     @cached_property
     def shares(self) -> Array:
@@ -131,7 +135,15 @@ def width_law(
     motions, loads : rigid motions (n, 11) of both gears, and the loads that belong to
         them, of which the components beside approach and slope are left out
     stiffness : slopes (n, 11, 11) of these loads
+
+    Raises TrainError where teeth do not resist their approach.
     """
+    if not (np.isfinite(stiffness[:, 0, 0]) & (stiffness[:, 0, 0] > 0.0)).all():
+        position = int(np.argmin(stiffness[:, 0, 0])) / len(stiffness)
+        raise TrainError(
+            f"teeth at rest have no stiffness against approach at position "
+            f"{position:g}; shafts or bearings may be too soft"
+        )
     rows = approach_of_motions(mesh)
     middle, tilt = rows
     norm = float(tilt @ tilt)
@@ -141,6 +153,7 @@ def width_law(
     tilting = (stiffness @ tilt) @ tilt / norm**2
     ahead = float(middle @ tilt) / norm
     tilting -= k * ahead**2 + 2.0 * mixed * ahead
+    tilting = np.maximum(tilting, mixed**2 / k)  # but for round-off it is
     law = WidthLaw(
         rows=rows,
         approach=motions @ rows.T,
@@ -148,6 +161,22 @@ def width_law(
         slopes=np.column_stack([k, mixed, tilting]),
     )
     return law.about(float(mixed.mean() / k.mean()))
+
+
+def mean_loads_of_gaps(excitation: MeshExcitation) -> tuple[float, float]:
+    """Mean force and moment by which gaps relieve springs that are pressed together.
+
+    With the mean stiffness they have F = k s less this force, M = kappa t less this
+    moment, at approaches s and t that do not vary.
+    """
+    at = np.arange(MEAN_POINTS) / MEAN_POINTS
+    force, moment = 0.0, 0.0
+    for pair in excitation.pairs:
+        if pair.place is not None:
+            relieved = pair.stiffness(at) * pair.gap(at)
+            force += float(relieved.mean())
+            moment += float((pair.place(at) * relieved).mean())
+    return force, moment
 
 
 def with_mean_matrix(mesh: MeshSpring, law: WidthLaw) -> MeshSpring:

@@ -19,6 +19,11 @@ from fegear.gearset.yielding import on_shafts
 from fegear.statics.axes import SLOPES
 from fegear.statics.machine import machine_at_rest
 from fegear.statics.solving import mesh_statics
+from fegear.train.space import system_in_space
+from lumped.steady.integration_settings import Settings
+from lumped.steady.motion import time_history
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of
 
 SETTINGS = StaticsSettings(
     resolution="coarse", positions=8, estimate_error=False, root_stress=False
@@ -176,3 +181,28 @@ def test_local_stiffness_is_the_slope_over_the_torque(bearings):
     low, _, high = cycle.ste
     slope = 2.0 * step / cycle.base_radius / (high - low)
     np.testing.assert_allclose(cycle.local_stiffness[1], slope, rtol=1e-3)
+
+
+def test_linearised_bearings_have_their_loads_in_motion(solved):
+    """Mean forces on all bearings are those of statics, exactly with mean springs."""
+    gear_set = machine_of(PRELOADED, FLOATING)
+    system = system_in_space(gear_set, solved)
+    space = system.space
+    shapes = system.modes.shapes[:, system.moving]
+    settings = Settings(tolerance=1e-8)
+    motion = time_history(system, 50.0, settings)
+    _, history = stepper_of(system, settings).record(
+        motion.response.state, Speed(50.0, settings), 1, with_states=True
+    )
+    displacement, velocity = (history.states[:, i] @ shapes.T for i in (0, 1))
+    sensed = space.sensed(displacement, velocity, 0.0 * displacement)
+    span = history.time[-1] - history.time[0]
+    mean = np.trapezoid(sensed, history.time, axis=0) / span
+    expected = np.concatenate(
+        [-shaft.solution.reactions[:, :3].ravel() for shaft in loaded_shafts(solved)]
+    )
+    forces = mean[: expected.size]
+    assert forces == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
+    # of both shafts together nothing is left but what teeth exchange
+    total = forces.reshape(-1, 3).sum(axis=0)
+    assert total == pytest.approx(0.0, abs=1e-6 * np.abs(expected).max())

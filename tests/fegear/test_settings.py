@@ -27,6 +27,7 @@ from lumped.steady.maps import Axis
 from lumped.train.at_rest import RestReference
 from lumped.train.coupled import CoupledContacts
 from lumped.train.friction import ToothFriction
+from lumped.train.space import MotionInSpace
 from lumped.train.waves import constant_wave
 
 GEARS = fegear.load_gear_set("liu-pair")
@@ -40,6 +41,7 @@ RESULTS = {  # what functions return, made by nobody else
     lumped.History,
     lumped.Modes,
     lumped.Response,
+    MotionInSpace,
 }
 READ = {fegear.GearSet}  # made of files and tables, by a schema that checks them
 FREE = {

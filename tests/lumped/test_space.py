@@ -20,6 +20,7 @@ from lumped.steady.steady_state import Speed
 from lumped.steady.steppers import stepper_of
 from lumped.train.bodies import TrainError
 from lumped.train.space import angular_speed
+from lumped.train.width_springs import width_law
 
 FINE = Settings(tolerance=1e-10, steps=512, max_periods=4000)
 
@@ -87,6 +88,15 @@ def test_a_load_beyond_the_springs_is_told():
     loads = np.column_stack([law.loads[:, 0], beyond * law.loads[:, 0]])
     far = replace(law, loads=loads)
     assert far.moment_left_out == pytest.approx(0.5 * law.spread.max())
+
+
+def test_teeth_without_stiffness_are_named():
+    mesh = random_machine(np.random.default_rng(1)).meshes[0]
+    motions, loads = np.zeros((4, 11)), np.ones((4, 11))
+    stiffness = np.tile(np.eye(11), (4, 1, 1))
+    stiffness[2, 0, 0] = 0.0
+    with pytest.raises(TrainError, match=r"at position 0\.5; shafts or bearings"):
+        width_law(mesh, motions, loads, stiffness)
 
 
 def test_reduced_shafts_have_the_frequencies_of_all_their_coordinates(rng):

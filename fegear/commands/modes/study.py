@@ -25,6 +25,7 @@ from fegear.studies.trains.mean_stiffness import (
     stiffness_load,
 )
 from fegear.studies.trains.speeds import RPM
+from fegear.studies.trains.train_problem import reduction_note
 from fegear.train.loaded_modes import (
     averages_of_modes,
     mesh_stiffness_of_modes,
@@ -147,7 +148,10 @@ class NaturalModes(Study, command="modes", example="modes liu-idler --translatio
         shares = space_shares(space, system.modes)
         origin = f"average over the cycle at {torque:g} N m on the input gear"
         origins = [origin] * len(self.gears.meshes)
-        return self._result(torque, system.train, system.modes, origins, shares=shares)
+        reason = reduction_note(system)
+        return self._result(
+            torque, system.train, system.modes, origins, reason=reason, shares=shares
+        )
 
     def _modes_of_averages(self, load: float | None, job: Job) -> ModesResult:
         torque = load or 0.0

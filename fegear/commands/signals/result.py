@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -49,6 +50,7 @@ class SignalsResult(StudyResult):
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
     engagement : contact of the gear's teeth in its first mesh
     turns_of_motion : of the gear, after which the motion repeats
+    teeth_differ : whether some tooth of the gear set differs from others
     """
 
     study: Any
@@ -65,6 +67,7 @@ class SignalsResult(StudyResult):
     tooth: NDArray[np.int64]
     engagement: Engagement
     turns_of_motion: int
+    teeth_differ: bool
 
     @cached_property
     def averages(self) -> GearAverages:
@@ -101,8 +104,16 @@ class SignalsResult(StudyResult):
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
             "signals": self.averages.entries,
-            "warnings": [*self.facts.warnings, *self.averages.disagreement()],
+            "warnings": [*self.facts.warnings, *self._disagreement()],
         }
+
+    def _disagreement(self) -> Iterator[str]:
+        """A warning where signals of one gear name different teeth.
+
+        None of teeth that are alike where there is no noise: residuals are numerical.
+        """
+        if self.teeth_differ or self.study.noise_percent:
+            yield from self.averages.disagreement()
 
     def _driver_rpm(self, mesh_frequency: Any) -> Any:
         """Speed of the gear [rpm] at a frequency of the first mesh [Hz]."""

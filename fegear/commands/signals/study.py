@@ -23,6 +23,7 @@ from fegear.files.output import (
     TO_SINGLE_TABLE,
     listed,
 )
+from fegear.gearset.pitch_errors import pair_periods
 from fegear.studies.problem import Job, Task
 from fegear.studies.study import PLOT
 from fegear.studies.trains.sampled_signals import SampledProblem, SignalsStudy
@@ -133,6 +134,7 @@ class SignalsProblem(SampledProblem):
             tooth=self.tooth_at_pitch_point,
             engagement=self.engagement,
             turns_of_motion=self._turns_of_motion(response.multiple or 1),
+            teeth_differ=max(pair_periods(self.gears)) > 1,
         )
 
     def _turns_of_motion(self, multiple: int) -> int:

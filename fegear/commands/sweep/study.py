@@ -37,8 +37,8 @@ from fegear.studies.trains.swept_speeds import SweptSpeeds, unbegun_branch
 from fegear.studies.trains.train_problem import (
     TrainFacts,
     TrainProblem,
-    bearing_notes,
     bodies_described,
+    system_notes,
 )
 from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.lumped_models import lumped_system
@@ -179,7 +179,7 @@ class SweepProblem(TrainProblem):
             | entries
             | study.gear_set.entries,
             cycles_per_turn=cycles_per_turn(self.gears),
-            notes=(*self.notes, *bearing_notes(system)),
+            notes=(*self.notes, *system_notes(system)),
             warnings=(
                 *self.warnings_at_rest(self.systems, self.frequencies),
                 *sweep_warnings(self.gears, branches),

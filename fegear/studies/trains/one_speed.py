@@ -32,8 +32,8 @@ from fegear.studies.trains.speeds import FREQUENCY, refuse_both, rpm_setting
 from fegear.studies.trains.train_problem import (
     TrainFacts,
     TrainProblem,
-    bearing_notes,
     bodies_described,
+    system_notes,
 )
 from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.lumped_models import lumped_system
@@ -164,7 +164,7 @@ class OneSpeedProblem(TrainProblem):
                 "speed_Hz": format_exact(study.frequency),
                 **study.gear_set.entries,
             },
-            notes=(*self.notes, *bearing_notes(system)),
+            notes=(*self.notes, *system_notes(system)),
             warnings=(
                 *self.warnings_at_rest(systems, (study.frequency,)),
                 *truncation_warnings(checks),

@@ -35,6 +35,7 @@ from fegear.train.model_settings import LumpedModel, has_rolling_bearings, resol
 from fegear.train.requirements import require_method, require_model
 from fegear.train.rotating_frame import frame_warnings, left_out_warnings
 from lumped.bearings.kinematics import ball_pass_over_shaft
+from lumped.common.checks import require_present
 from lumped.common.short_repr import ShortRepr
 from lumped.steady.integration_settings import Settings
 from lumped.train.bodies import TrainError
@@ -243,7 +244,32 @@ def fault_notes(gears: GearSet) -> Iterator[str]:
         yield with_code("E29", line)
 
 
-def bearing_notes(system: LumpedSystem) -> Iterator[str]:
+def system_notes(system: LumpedSystem) -> Iterator[str]:
+    """Lines on shafts that are reduced, and on rolling bearings."""
+    if system.space is not None:
+        yield reduction_note(system)
+        for number, place in enumerate(system.space.middles.tolist(), start=1):
+            yield (
+                f"mesh {number}: transmission error and moment are those at the mean "
+                f"center of stiffness, {1e3 * place:+.3g} mm along the axis from the "
+                "middle of the face width in contact"
+            )
+    yield from _bearing_notes(system)
+
+
+def reduction_note(system: LumpedSystem) -> str:
+    """What reduced shafts do to natural frequencies."""
+    space = require_present(system.space, "motion in space")
+    return with_code(
+        "E32",
+        f"shafts: {space.count} of {space.matrices.size} coordinates; natural "
+        f"frequencies with a twentieth of their energy in teeth, "
+        f"{space.strained_Hz.min():.4g} to {space.strained_Hz.max():.4g} Hz, change by "
+        f"{100.0 * system.reduction_error:.2g} % at most",
+    )
+
+
+def _bearing_notes(system: LumpedSystem) -> Iterator[str]:
     """A line on each rolling bearing whose rolling elements carry the gear."""
     rolling = system.rolling
     if rolling is None:

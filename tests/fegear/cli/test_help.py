@@ -132,6 +132,7 @@ def test_links_and_pictures_of_the_readme_exist():
 
 
 WRITES = {"-o", "--output", "--plot", "--contact", "--drawing", "--gears", ">"}
+WRITES |= {"--bearing-forces", "--spectrum"}
 
 
 @pytest.mark.parametrize("page", ["README.md", *TUTORIALS])

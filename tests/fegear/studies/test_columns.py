@@ -65,6 +65,7 @@ BENCHMARKS = {
 UNITS = {
     "m": "dte_rms_m ste_m pair2_gap_m pinion_x_m",
     "m/s": "dte_rate_m_per_s approach_speed_m_per_s",
+    "m/s2": "pinion_bearing1_x_m_per_s2",
     "m/N": "pair1_pair2_compliance_m_per_N",
     "N": "force_peak_N mesh1_pair-1_load_N",
     "N/mm": "line_load_N_per_mm",
