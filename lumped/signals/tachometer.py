@@ -40,6 +40,13 @@ class PulseTrain:
     dropped: int = 0
     doubled: int = 0
 
+    @property
+    def scatter(self) -> float:
+        """RMS of the intervals over the mean of both neighbours, less 1."""
+        intervals = np.diff(self.time)
+        relative = intervals[1:-1] / (0.5 * (intervals[:-2] + intervals[2:])) - 1.0
+        return float(np.sqrt((relative**2).mean()))
+
 
 def rising_edges(time: ArrayLike, signal: ArrayLike) -> Array:
     """Times at which a signal rises through the middle of its range.

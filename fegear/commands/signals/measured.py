@@ -154,6 +154,7 @@ class MeasuredProblem(Problem):
             speed_range=rotation.speed_range,
             rotation_source=self.rotation.source,
             repaired_pulses=(pulses.dropped, pulses.doubled) if pulses else None,
+            pulse_scatter=pulses.scatter if pulses else None,
             orders=order_map(signals.values, signals.points, window, highest),
             notes=self.notes,
             warnings=tuple(self._warnings(shown)),

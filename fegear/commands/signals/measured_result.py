@@ -18,6 +18,7 @@ from fegear.commands.signals.entries import (
     scale_of,
 )
 from fegear.commands.signals.result import SignalsResult
+from fegear.files.codes import with_code
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.page import Page, pluralize
 from fegear.studies.result import Draw, StudyResult
@@ -39,6 +40,7 @@ class MeasuredResult(StudyResult):
     rotation_source : what the rotation follows from, in words
     repaired_pulses : number of pulses that were missing and too many, None without a
         tachometer
+    pulse_scatter : RMS of intervals over those on both sides, less 1; None without one
     orders : spectra over windows of turns of the gear
     notes : on the recording; warnings : of it
     computed : signals at the mean speed, None where none are computed
@@ -55,6 +57,7 @@ class MeasuredResult(StudyResult):
     speed_range: tuple[float, float]
     rotation_source: str
     repaired_pulses: tuple[int, int] | None
+    pulse_scatter: float | None
     orders: OrderMap
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
@@ -80,6 +83,7 @@ class MeasuredResult(StudyResult):
             "rotation": self.rotation_source,
             "pulses_missing": dropped,
             "pulses_doubled": doubled,
+            "pulse_scatter": self.pulse_scatter,
             "duration_s": self.duration,
             "sampling_rate_Hz": self.sampling_rate,
             "turns": one.average.turns,
@@ -222,6 +226,9 @@ class MeasuredResult(StudyResult):
             "taken to start as that of computed signals, otherwise teeth are shifted"
         )
         yield from self.notes
+        if self.pulse_scatter is not None:
+            line = f"pulses: intervals scatter by {self.pulse_scatter:.2g} of those"
+            yield with_code("E33", f"{line} on both sides")
         yield averages_table(one.entries, "measured: averages over a turn")
         yield indicators_table(one.entries, "measured: indicators of damage")
         if others := [other.gear.name for other in self.averages if other is not one]:

@@ -44,6 +44,16 @@ def test_pulses_that_are_right_stay():
     assert (train.dropped, train.doubled) == (0, 0)
 
 
+def test_the_scatter_of_intervals():
+    """0 of a speed that rises slowly, and that of pulses with a known jitter."""
+    assert repaired_pulses(ramp_pulses()).scatter < 1e-3
+    jitter = 1e-3 * np.random.default_rng(2).standard_normal(100_000)
+    pulses = np.arange(100_000) + jitter
+    # pulses are at the ends of an interval (1.5 of each) and of both (0.5)
+    expected = 1e-3 * np.sqrt(2 * 1.5**2 + 2 * 0.5**2)
+    assert repaired_pulses(pulses).scatter == pytest.approx(expected, rel=0.01)
+
+
 @pytest.mark.parametrize("lost", [[20], [7, 31], [11, 12], [1, 58]])
 def test_missing_pulses_are_interpolated(lost):
     pulses = ramp_pulses()

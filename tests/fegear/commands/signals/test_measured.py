@@ -80,6 +80,8 @@ def test_the_tooth_of_a_simulated_ramp_comes_back(simulated, recorded):
     assert [entry["tooth"] for entry in values["signals"]] == [7, 7, 7]
     assert values["pulses_missing"] == 2
     assert values["pulses_doubled"] == 0
+    assert values["pulse_scatter"] < 3e-3
+    assert "[E33]" in str(result)
     (warning,) = [line for line in values["warnings"] if line.endswith("[W73]")]
     assert "2 were missing, 0 too many" in warning
     (note,) = values["notes"]
