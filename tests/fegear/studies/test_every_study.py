@@ -410,6 +410,18 @@ def test_command_call_and_saved_result_show_the_same(command, tmp_path):
 
 
 # declared columns that tables of the examples do not have
+IN_SPACE = {  # signals of machines that move in space
+    *(f"{{gear}}_bearing{{n}}_{axis}_N" for axis in "xyz"),
+    *(f"{{gear}}_bearing{{n}}_{axis}_m_per_s2" for axis in "xyz"),
+    *(f"housing_node{{n}}_{axis}_m_per_s2" for axis in "xyz"),
+}
+OF_CHANNELS = {"{parameter}", *IN_SPACE}  # of recordings
+INDICATORS = {  # of recordings
+    *("source", "gear", "signal", "unit", "mesh_amplitude", "sideband_amplitude"),
+    *("sideband_order", "residual_rms", "residual_peak", "residual_kurtosis"),
+    *("residual_peak_angle_deg", "residual_tooth_rms", "tooth"),
+    *("fm4", "m6a", "na4", "energy_ratio"),
+}
 NOT_IN_EXAMPLE = {
     "branches": {"{parameter}"},  # in place of the speed
     "faults": {  # other faults
@@ -423,6 +435,11 @@ NOT_IN_EXAMPLE = {
     "sharing": {  # of helical gears
         *("sun_axial_force_N", "ring_axial_force_N", "tilting_moment_Nm"),
     },
+    "signals": INDICATORS | IN_SPACE,
+    "signals: average": OF_CHANNELS
+    | {"gear", "residual_{parameter}", *(f"residual_{name}" for name in IN_SPACE)},
+    "signals: spectrum": OF_CHANNELS | {"gear"},
+    "signals: orders": OF_CHANNELS,
     "stiffness": {"axial_force_N", "load_center_mm"},  # over the face width
     "reproduce": {"number", "title", "missing"},  # of a list
     "wear": {"place_m"},  # over the face width

@@ -14,6 +14,7 @@ from small_sets import PAIR, TRAIN
 
 import fegear
 from fegear.files.errors import InputError
+from fegear.studies.columns import find_column
 from lumped.signals.averages import TurnAverage
 from lumped.signals.indicators import band_limited, difference_indicators
 from lumped.signals.orders import resample_at
@@ -176,6 +177,15 @@ def test_lines_of_a_known_recording(tmp_path, rotation):
     assert force["residual_kurtosis"] < 5.0
     assert acc["residual_peak_angle_deg"] == pytest.approx(108.0, abs=3.0)
     assert acc["fm4"] > 5.0 * force["fm4"]
+
+
+def test_columns_of_all_tables_are_declared(tmp_path):
+    result = measured(write(tmp_path, recording()))
+    of_channels = {"acc", "force_N", "rpm"}
+    for name, table in {"table": result.table, **result.more_tables}.items():
+        columns = {n: find_column("signals", n, name).name for n in table.names}
+        chosen = {n for n, declared in columns.items() if declared == "{parameter}"}
+        assert chosen == (set() if name == "table" else of_channels)
 
 
 def test_the_format_of_a_recording_changes_nothing(tmp_path):
