@@ -59,6 +59,7 @@ from fegear.studies.table import Table
 from lumped.common.csv_text import parse_csv
 from lumped.common.options import Range
 from lumped.figures.drawing import panels
+from lumped.train.space_modes import MOTIONS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -429,8 +430,14 @@ NOT_IN_EXAMPLE = {
         "eccentricity_um",
     },
     "map": {"lyapunov_per_period"},  # where exponents are asked for
-    "modes": {"family", "multiplicity", "whirl"},  # of planetary sets
-    "motion": {"mesh{n}_friction_power_W"},  # without friction
+    "modes": {  # of planetary sets, and of gears that move in space
+        *("family", "multiplicity", "whirl", "tilt_energy_fraction"),
+        *(f"{motion}_motion_fraction" for motion in MOTIONS),
+    },
+    "motion": {  # without friction, and of gears that move in space
+        *("mesh{n}_friction_power_W", "mesh{n}_moment_Nm"),
+        *("mesh{n}_spring{n}_force_N", "mesh{n}_spring{n}_state"),
+    },
     "rattle bifurcation": {"curve", "bifurcation"},  # over two parameters
     "sharing": {  # of helical gears
         *("sun_axial_force_N", "ring_axial_force_N", "tilting_moment_Nm"),
