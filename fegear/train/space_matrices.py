@@ -35,7 +35,7 @@ def linear_model_in_space(system: LumpedSystem) -> LinearModel:
     space = require_present(system.space, "motion in space")
     matrices = space.matrices
     squares, shapes = modes_at_rest(matrices)
-    angular = np.sqrt(squares)
+    angular = np.sqrt(np.maximum(squares, 0.0))
     momentum = matrices.mass @ shapes
     modal = (momentum * (2.0 * system.train.damping_ratio * angular)) @ momentum.T
     load = np.array([gear.torque for gear in system.train.gears]) @ space.rotations
