@@ -61,6 +61,7 @@ FREE = {
     "runs",
     "cases",
     "numbers",
+    "measured",
     "directory",
 }  # any text
 PAIR = lumped.PairExcitation(constant_wave(1e8), constant_wave(0.0))
