@@ -6,6 +6,8 @@ distance of the moment and psi the angle by which the line of centres is turned 
 the way of the teeth, unmodified flanks touch where the driver is ahead of its uniform
 rotation by (rb1 + rb2) (inv(alpha) - inv(alpha0) + psi) of its base circle. Nothing is
 neglected but what the shafts and bearings yield.
+
+The base radius of an internal gear is negative, and so is the length of its lines.
 """
 
 from __future__ import annotations
@@ -73,15 +75,16 @@ def moved_lines(
     for offset, gear, toward_mate, sign in ends:
         if offset is None:
             continue
-        # the driver rotates counter-clockwise, the driven gear clockwise
-        way = offset.angle + gear.pitch_angle * rotated
+        # the driver rotates counter-clockwise, the driven gear clockwise, and an
+        # internal gear the other way round
+        way = gear.sign * offset.angle + gear.pitch_angle * rotated
         direction = toward_mate - sign * way
         x = x + sign * offset.distance * np.cos(direction)
         y = y + sign * offset.distance * np.sin(direction)
     if back:
         y = -y
     bases = pair.driver.base_radius + pair.driven.base_radius
-    angle = np.arccos(bases / np.hypot(x, y))
+    angle = np.arccos(abs(bases) / np.hypot(x, y))
     nominal = pair.operating_pressure_angle
     tangent = np.tan(angle)
     turn = tangent - angle - (math.tan(nominal) - nominal) + np.arctan2(y, x)

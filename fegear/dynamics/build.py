@@ -31,7 +31,6 @@ from fegear.elasticity.gear_modes import GearModes, resolving_sector
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults
-from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.inertia import (
     require_inertia_beyond_springs,
     require_inertia_of_bodies,
@@ -216,8 +215,6 @@ def prepare(
 
 
 def _refuse_unsupported_faults(gear_set: GearSet, fidelity: Fidelity) -> None:
-    if gear_set.carrier is not None:
-        require_no_faults(gear_set, FAULT_KINDS, "motions of planetary sets")
     if fidelity == "full":
         # cracks change the body, of which sectors are equal
         require_no_faults(gear_set, ["cracks"], "finite elements of fidelity full")

@@ -213,7 +213,7 @@ def _center_offset(gear_set: GearSet, mesh: int, gear: int) -> CenterOffset | No
     ) - _direction_to_mate(gear_set, mesh, gear)
     angle = sense * (body.faults.eccentricity_angle + angle_from_first_mate)
     # the set is at its start when this mesh is as far as its phase past position 0
-    angle -= mesh_phases(gear_set)[mesh].value * body.geometry.pitch_angle
+    angle -= mesh_phases(gear_set)[mesh].value * abs(body.geometry.pitch_angle)
     return CenterOffset(distance, math.remainder(angle, 2.0 * math.pi))
 
 

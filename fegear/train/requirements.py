@@ -5,8 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from fegear.files.errors import InputError
-from fegear.gearset.faults.checks import require_no_faults
-from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.inertia import (
     require_inertia_beyond_springs,
     require_inertia_of_bodies,
@@ -37,8 +35,6 @@ def require_model(
 
     model : with a number that is not auto
     """
-    if gear_set.carrier is not None:
-        require_no_faults(gear_set, FAULT_KINDS, "motions of planetary sets")
     if model.friction:
         require_spur(gear_set, f"friction = {model.friction:g}")
     if model.number == "coupled":

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -277,13 +276,6 @@ def test_key_figures_have_no_faults(kind):
     model = LumpedModel(number=1, excitation=ExcitationSettings(kind=kind))
     with pytest.raises(InputError, match=f"spalls; not modelled by {kind} stiffness"):
         lumped_system(gear_set, TORQUE, model)
-
-
-def test_planetary_sets_have_no_faults_in_motion():
-    key = {"gear.sun.eccentricity_um": 10.0}
-    load = partial(load_gear_set, "planetary-24-36-96", key)
-    with pytest.raises(InputError, match="eccentricity_um; not modelled by motions"):
-        lumped_system(load(), TORQUE, LumpedModel(number=1))
 
 
 def test_tables_of_faulty_teeth_belong_to_a_place_in_the_set(elements):

@@ -94,7 +94,6 @@ def require_running(gear_set: GearSet) -> None:
     if not any(gear.faults.any for gear in gear_set.gears):
         return
     for gear in gear_set.gears:
-        _require_crackable(gear_set, gear)
         if len(gear.faults.missing) == gear.geometry.teeth:
             raise InputError(
                 f'gear "{gear.name}": missing_teeth has all {gear.geometry.teeth} '
@@ -103,13 +102,6 @@ def require_running(gear_set: GearSet) -> None:
     for number, mesh in enumerate(gear_set.meshes):
         _require_handover(gear_set, number)
         _require_distances(gear_set, mesh)
-
-
-def _require_crackable(gear_set: GearSet, gear: Gear) -> None:
-    if gear.faults.cracks and gear_set.carrier is not None:
-        raise InputError(
-            f'gear "{gear.name}": cracks; cracks of planetary sets are not modelled'
-        )
 
 
 @dataclass(frozen=True)
