@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.gearset.model import Gear, GearSet
+from fegear.gearset.model import GearSet
 from fegear.gearset.phases import first_teeth, rolling_senses
 from lumped.common.array_types import Array
 from lumped.train.pitch_errors import pair_errors
@@ -39,11 +39,15 @@ def _errors_in_mesh(gear_set: GearSet, number: int, gear: int) -> Errors:
     errors = gear_set.gears[gear].pitch_errors
     if not any(errors):
         return ()
-    first_mesh = next(mesh for mesh in gear_set.meshes if gear in mesh.gears)
-    drives = gear_set.meshes[number].driver == gear
-    sign = 1.0 if drives == (first_mesh.driver == gear) else -1.0
+    sign = 1.0 if is_first_flank(gear_set, number, gear) else -1.0
     teeth = tooth_in_cycles(gear_set, number, gear, np.arange(len(errors)))
     return tuple(sign * errors[tooth] for tooth in teeth)
+
+
+def is_first_flank(gear_set: GearSet, mesh: int, gear: int) -> bool:
+    """Whether a gear's flank in a mesh is the one of its first mesh."""
+    first_mesh = gear_set.meshes[gear_set.meshes_of[gear][0]]
+    return (gear_set.meshes[mesh].driver == gear) == (first_mesh.driver == gear)
 
 
 def tooth_in_cycles(
@@ -88,16 +92,17 @@ def pair_periods(gear_set: GearSet) -> tuple[int, ...]:
     return tuple(
         math.lcm(
             max(1, tooth_pair_errors(gear_set, number).size),
-            *(_turn_of_faults(gear_set.gears[gear]) for gear in mesh.gears),
+            *(_turn_of_faults(gear_set, number, gear) for gear in mesh.gears),
         )
         for number, mesh in enumerate(gear_set.meshes)
     )
 
 
-def _turn_of_faults(gear: Gear) -> int:
-    """Base pitches after which faults of a gear repeat."""
-    differs = gear.faults.teeth or gear.faults.eccentricity
-    return gear.geometry.teeth if differs else 1
+def _turn_of_faults(gear_set: GearSet, number: int, gear: int) -> int:
+    """Base pitches after which faults of a gear repeat on its flanks in a mesh."""
+    body = gear_set.gears[gear]
+    faults = body.faults.on_flank(is_first_flank(gear_set, number, gear))
+    return body.geometry.teeth if faults.teeth or faults.eccentricity else 1
 
 
 def without_pitch_errors(gear_set: GearSet) -> GearSet:

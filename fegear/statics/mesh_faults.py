@@ -28,7 +28,7 @@ from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.model import Gear, GearSet
 from fegear.gearset.modifications import FlankProfile
 from fegear.gearset.phases import mesh_phases
-from fegear.gearset.pitch_errors import tooth_in_cycles
+from fegear.gearset.pitch_errors import is_first_flank, tooth_in_cycles
 from fegear.gearset.zones import Zones, zones
 from meshes.crack import Crack
 
@@ -76,9 +76,8 @@ def _tooth_faults(
     profile: FlankProfile | None,
     solve_change: SolveComplianceChange,
 ) -> ToothFaults | None:
-    body = gear_set.gears[gear]
-    faults, teeth = body.faults, body.geometry.teeth
-    is_worn_flank = is_first_flank(gear_set, mesh, gear)
+    body, is_worn_flank = gear_set.gears[gear], is_first_flank(gear_set, mesh, gear)
+    faults, teeth = body.faults.on_flank(is_worn_flank), body.geometry.teeth
     # of each tooth of the file, the one that it is in the cycles of this mesh
     cycles = np.argsort(tooth_in_cycles(gear_set, mesh, gear, np.arange(teeth)))
     tooth_in_mesh = {tooth: int(cycles[tooth]) for tooth in faults.teeth}
@@ -91,7 +90,6 @@ def _tooth_faults(
         if is_worn_flank
         else fault.crack.mirrored
         for fault in faults.cracks
-        if fault.crack.left != is_worn_flank
     }
     cracks = {
         clockwise * tooth % teeth: crack for tooth, crack in cracks_in_mesh.items()
@@ -104,16 +102,15 @@ def _tooth_faults(
     }
     spalls: dict[int, tuple[FlankSpall, ...]] = {}
     profiles = {}
-    if is_worn_flank:
-        for spall in faults.spalls:
-            ends = spall.start_roll_length, spall.end_roll_length
-            other_spalls = spalls.get(tooth_in_mesh[spall.tooth], ())
-            added_spall = FlankSpall(*ends, spall.width_share, spall.place)
-            spalls[tooth_in_mesh[spall.tooth]] = (*other_spalls, added_spall)
-        for wear in faults.worn:
-            worn_profile = _profile_with_wear(gear_set, mesh, gear, profile, wear.tooth)
-            if wear.tooth is not None and worn_profile is not None:
-                profiles[tooth_in_mesh[wear.tooth]] = worn_profile
+    for spall in faults.spalls:
+        ends = spall.start_roll_length, spall.end_roll_length
+        other_spalls = spalls.get(tooth_in_mesh[spall.tooth], ())
+        added_spall = FlankSpall(*ends, spall.width_share, spall.place)
+        spalls[tooth_in_mesh[spall.tooth]] = (*other_spalls, added_spall)
+    for wear in faults.worn:
+        worn_profile = _profile_with_wear(gear_set, mesh, gear, profile, wear.tooth)
+        if wear.tooth is not None and worn_profile is not None:
+            profiles[tooth_in_mesh[wear.tooth]] = worn_profile
     return ToothFaults(
         teeth=teeth,
         change=solve_change(body, cracks) if cracks else None,
@@ -138,12 +135,6 @@ def _tooth_faults(
         },
         missing=frozenset(tooth_in_mesh[tooth] for tooth in faults.missing),
     )
-
-
-def is_first_flank(gear_set: GearSet, mesh: int, gear: int) -> bool:
-    """Whether a gear's flank in a mesh is the one of its first mesh."""
-    first_mesh = gear_set.meshes[gear_set.meshes_of[gear][0]]
-    return (gear_set.meshes[mesh].driver == gear) == (first_mesh.driver == gear)
 
 
 def _profile_with_wear(

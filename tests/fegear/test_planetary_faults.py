@@ -267,19 +267,9 @@ def center_of(gear_set: GearSet, gear: int, cycles: np.ndarray) -> np.ndarray:
     body = gear_set.gears[gear]
     angles = gear_set.carrier.angles
     if body.name.startswith("planet"):
-        toward_mate = angles[int(body.name[-1]) - 1] + math.pi
-        if gear_set.meshes[0].driver != 0:  # the ring comes first where it drives
-            toward_mate = first_mate_angle(gear_set, gear)
+        toward_mate = angles[int(body.name[-1]) - 1] + math.pi  # the sun
     else:
         toward_mate = angles[0]
     turned = gear_set.senses[gear] * 2.0 * math.pi * cycles / body.geometry.teeth
     direction = toward_mate + body.faults.eccentricity_angle
     return body.faults.eccentricity * np.exp(1j * (direction + turned))
-
-
-def first_mate_angle(gear_set: GearSet, gear: int) -> float:
-    """Direction from a planet to its mate in its first mesh."""
-    mesh = next(m for m in gear_set.meshes if gear in m.gears)
-    planet = int(gear_set.gears[gear].name[-1]) - 1
-    outward = "ring" in {gear_set.gears[g].name for g in mesh.gears}
-    return gear_set.carrier.angles[planet] + (0.0 if outward else math.pi)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -172,21 +173,24 @@ def _mesh_summary(motion: TimeHistory, m: int) -> dict[str, Any]:
     }
 
 
-def _planet_rows(motion: TimeHistory) -> list[dict[str, float]]:
+def _planet_rows(motion: TimeHistory) -> list[dict[str, float | None]]:
     """Load shares of the planets of a planetary set, empty for other trains."""
-    train, history = motion.system.train, motion.history
+    train, system, history = motion.system.train, motion.system, motion.history
     if train.carrier is None:
         return []
-    at_rest = load_sharing(train, mesh_forces_at_rest(motion.system))
+    shares_at_rest: Sequence[float | None] = [None] * len(train.carrier.gears)
+    # the coupled model at rest has equal teeth
+    if system.contacts is None or max(system.common_period) == 1:
+        shares_at_rest = load_sharing(train, mesh_forces_at_rest(system)).share.tolist()
     moving = load_sharing(train, history.force, history.time)
     return [
         {
             "planet": number + 1,
-            "load_share_at_rest": float(at_rest.share[number]),
+            "load_share_at_rest": at_rest,
             "load_share": float(moving.share[number]),
             "load_share_peak": float(moving.share_peak[number]),
         }
-        for number in range(len(train.carrier.gears))
+        for number, at_rest in enumerate(shares_at_rest)
     ]
 
 

@@ -15,6 +15,7 @@ from fegear.files.errors import InputError
 from fegear.files.version import package_version
 from fegear.gearset.axial_forces import axial_force_on_driver
 from fegear.gearset.model import GearSet, PlanetCarrier
+from fegear.gearset.pitch_errors import pair_periods
 from fegear.statics.excitation import ExcitationSource
 from fegear.studies.page import Columns, Page, RowTable, cell
 from fegear.studies.problem import Job, Task
@@ -33,6 +34,7 @@ from lumped.train.system import LumpedSystem
 
 OFFERED_SETTINGS = {name: ALL_MODELS[name] for name in ("number", "excitation")}
 MIN_SHARE = 1e-3  # share below which a planet counts as one without contact
+EQUAL_TEETH = "the coupled model at rest has equal teeth, here some differ"
 FIXED_CENTERS, CENTERS_ON_BEARINGS = "fixed", "on bearings"
 COLUMNS: Columns = {
     "torque\n[N m]": cell("torque_Nm", 6),
@@ -69,8 +71,15 @@ class PlanetLoadSharing(
     model: LumpedModel = lumped_model(OFFERED_SETTINGS)
     table: tuple[str, ...] = tables_setting()
 
+    @property
+    def reason_for_model_1(self) -> str:
+        differ = max(pair_periods(self.gear_set.loaded)) > 1
+        return EQUAL_TEETH if differ else super().reason_for_model_1
+
     def prepare(self) -> SharingProblem:
         carrier_of(self.gear_set.loaded)
+        if self.model.number == "coupled" and self.reason_for_model_1:
+            raise self.rejection("number", f"{EQUAL_TEETH}, allowed are 1, 2 and 3")
         # edits of bearings are read, whatever the model says
         model = replace(self.model, translations=True)
         return SharingProblem.of(replace(self, model=model))

@@ -30,7 +30,7 @@ from fegear.gearset.faults.tooth_faults import FAULT_KINDS
 from fegear.gearset.leads import require_one_helix
 from fegear.gearset.model import GearSet
 from fegear.gearset.modifications import FlankTopography
-from fegear.gearset.pitch_errors import mesh_errors
+from fegear.gearset.pitch_errors import is_first_flank, mesh_errors
 from fegear.gearset.plausibility import gear_set_warnings
 from fegear.gearset.read import load_tables
 from fegear.gearset.topographies import topography_keys
@@ -40,7 +40,7 @@ from fegear.statics.contact_problem import (
     slices_over_width,
 )
 from fegear.statics.machine import loaded_problem
-from fegear.statics.mesh_faults import is_first_flank, without_wear
+from fegear.statics.mesh_faults import without_wear
 from fegear.statics.settings import RESOLUTIONS, StaticsSettings
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import SettingsGroup, expose, group, setting

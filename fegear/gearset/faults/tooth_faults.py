@@ -9,7 +9,7 @@ tooth frame (`meshes.profile`). All lengths are in metres and angles in radians.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Literal, get_args
 
 from fegear.files.errors import InputError
@@ -123,9 +123,9 @@ class Faults:
     eccentricity : distance of the centre of the teeth from the axis of rotation
     eccentricity_angle : direction from that axis to the centre when the gear set's
         first mesh is at its pitch point, counter-clockwise from the direction to the
-        axis of the mate in the gear's first mesh. At 0 the teeth are then deepest in
-        that mesh, in one with an internal gear they are if the external gear is at 0
-        or the internal one at pi. The first mesh's driver rotates counter-clockwise.
+        axis of the mate in the gear's first mesh. The teeth are then deepest in that
+        mesh at 0, and at pi where one of its gears is internal. The first mesh's
+        driver rotates counter-clockwise.
     """
 
     cracks: tuple[ToothCrack, ...] = ()
@@ -157,6 +157,18 @@ class Faults:
         single = (*self.cracks, *self.spalls, *self.broken_tips, *self.worn)
         teeth = {fault.tooth for fault in single if fault.tooth is not None}
         return tuple(sorted(teeth | set(self.missing)))
+
+    def on_flank(self, is_first: bool) -> Faults:
+        """The faults that a flank meets in its mesh.
+
+        Spalls and wear are on the flank of the gear's first mesh, and a crack is open
+        where the flank above its root carries the load.
+
+        is_first : whether it is the flank of the gear's first mesh
+        """
+        cracks = (fault for fault in self.cracks if fault.crack.left != is_first)
+        met = replace(self, cracks=tuple(cracks))
+        return met if is_first else met.without(("spalls", "worn"))
 
     def broken_height(self, tooth: int) -> float:
         """Height of a tooth's broken tip, 0 without; a corner leaves it its tip."""
