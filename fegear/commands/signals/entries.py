@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -39,7 +40,7 @@ class GearAverages:
     average : over the turns
     na4 : (c,) of the last window of turns
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
-    engagement : contact of the gear's teeth in its first mesh
+    engagements : contact of the gear's teeth by signals that tell of one tooth
     """
 
     gear: TurningGear
@@ -47,13 +48,13 @@ class GearAverages:
     average: TurnAverage
     na4: Array
     tooth: NDArray[np.int64]
-    engagement: Engagement
+    engagements: Mapping[str, Engagement]
 
     @cached_property
     def indicators(self) -> Mapping[str, Array]:
         """Indicators (c,) of the averages by name."""
         return {
-            **residual_indicators(self.average, self.names, self.engagement),
+            **residual_indicators(self.average, self.names, self.engagements),
             **difference_indicators(self.average),
             "na4": self.na4,
         }
@@ -82,8 +83,8 @@ class GearAverages:
             "residual_peak_angle_deg": finite_or_none(
                 360.0 * float(average.peak_turn[c])
             ),
-            "residual_tooth_rms": indicators["tooth_rms"],
-            "tooth": int(indicators["tooth"]) if has_residual else None,
+            "residual_tooth_rms": finite_or_none(indicators["tooth_rms"]),
+            "tooth": None if math.isnan(tooth := indicators["tooth"]) else int(tooth),
             **{n: finite_or_none(indicators[n]) for n in DIFFERENCE_INDICATORS},
         }
 
@@ -186,7 +187,11 @@ def indicators_table(
 
 def _scaled_cell(name: str) -> Callable[[Any], str]:
     """The cell of a value in the unit that is shown."""
-    return lambda row: number(scale_of(row["signal"])[0] * row[name], 3)
+    return lambda row: (
+        "none"
+        if row[name] is None
+        else number(scale_of(row["signal"])[0] * row[name], 3)
+    )
 
 
 def _tooth_text(row: Any) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -48,7 +48,7 @@ class SignalsResult(StudyResult):
     orders : spectra over windows of turns
     na4 : (c,) indicator of the last window of turns
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
-    engagement : contact of the gear's teeth in its first mesh
+    engagements : contact of the gear's teeth by signals, see `GearAverages`
     turns_of_motion : of the gear, after which the motion repeats
     teeth_differ : whether some tooth of the gear set differs from others
     """
@@ -65,7 +65,7 @@ class SignalsResult(StudyResult):
     orders: OrderMap
     na4: Array
     tooth: NDArray[np.int64]
-    engagement: Engagement
+    engagements: Mapping[str, Engagement]
     turns_of_motion: int
     teeth_differ: bool
 
@@ -78,7 +78,7 @@ class SignalsResult(StudyResult):
             average=self.average,
             na4=self.na4,
             tooth=self.tooth,
-            engagement=self.engagement,
+            engagements=self.engagements,
         )
 
     @cached_property

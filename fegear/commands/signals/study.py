@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -132,7 +133,7 @@ class SignalsProblem(SampledProblem):
             orders=order_map(sampled.over_angle, sampling.points, window, highest),
             na4=na4(windows, sampling.gear.orders),
             tooth=self.tooth_at_pitch_point,
-            engagement=self.engagement,
+            engagements=self.engagements,
             turns_of_motion=self._turns_of_motion(response.multiple or 1),
             teeth_differ=max(pair_periods(self.gears)) > 1,
         )
@@ -144,4 +145,6 @@ class SignalsProblem(SampledProblem):
         """
         turning = self.turning
         cycles = multiple * self.system.common_period[turning.mesh]
+        if self.sensor is not None:  # planets pass the sensor in a turn of the ring
+            cycles = math.lcm(cycles, self.sensor.passes.teeth)
         return Fraction(cycles, turning.teeth).numerator
