@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +18,12 @@ from fegear.commands.signals.entries import (
     label_with_unit,
     scale_of,
 )
+from fegear.commands.signals.separated import (
+    SeparatedGear,
+    differing_tooth,
+    separated_rows,
+    separated_table,
+)
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.page import Page, pluralize
 from fegear.studies.result import Draw, StudyResult
@@ -30,6 +37,7 @@ from lumped.figures.turn_averages import draw_turn_averages
 from lumped.signals.averages import TurnAverage
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import OrderMap
+from lumped.signals.ring_sensor import RingSensor
 from lumped.signals.sampling import TurningGear
 from lumped.steady.ramps import SpeedRamp
 
@@ -51,6 +59,8 @@ class SignalsResult(StudyResult):
     engagements : contact of the gear's teeth by signals, see `GearAverages`
     turns_of_motion : of the gear, after which the motion repeats
     teeth_differ : whether some tooth of the gear set differs from others
+    sensor : on the ring of a planetary set, None of others
+    separated : averages of it over the teeth of the sun and of each planet
     """
 
     study: Any
@@ -68,6 +78,8 @@ class SignalsResult(StudyResult):
     engagements: Mapping[str, Engagement]
     turns_of_motion: int
     teeth_differ: bool
+    sensor: RingSensor | None = None
+    separated: tuple[SeparatedGear, ...] = ()
 
     @cached_property
     def averages(self) -> GearAverages:
@@ -104,7 +116,19 @@ class SignalsResult(StudyResult):
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
             "signals": self.averages.entries,
+            **self._sensor_entries,
             "warnings": [*self.facts.warnings, *self._disagreement()],
+        }
+
+    @property
+    def _sensor_entries(self) -> dict[str, Any]:
+        """Entries on the sensor of a planetary set, none of others."""
+        if self.sensor is None:
+            return {}
+        return {
+            "sensor_deg": math.degrees(self.sensor.direction),
+            "sensor_window_deg": math.degrees(self.sensor.width),
+            "separated": [gear.entry for gear in self.separated],
         }
 
     def _disagreement(self) -> Iterator[str]:
@@ -168,11 +192,15 @@ class SignalsResult(StudyResult):
             frequency = self.gear.turn_frequency(self.ramp.start)
             over_order["frequency_Hz"] = order * frequency
         over_order |= averages.over_orders
-        return {
+        tables = {
             "average": Table.of(averages.over_turn, self._header),
             "spectrum": Table.of(over_order, self._header),
             "orders": self._orders_table,
         }
+        if self.sensor is not None:
+            rows = separated_rows(self.separated)
+            tables["separated"] = Table.of(rows, self._header)
+        return tables
 
     @property
     def _orders_table(self) -> Table:
@@ -236,12 +264,26 @@ class SignalsResult(StudyResult):
             f"{self.average.turns} turns of {self.gear.name} at {rpm} rpm"
         )
 
+    def _sensor_lines(self, values: Mapping[str, Any]) -> Page:
+        """Lines on a planetary set: its turns, and teeth that pass the sensor."""
+        yield (
+            "turns of gears are against the carrier, those of the carrier against the "
+            f"ring; the sensor at {values['sensor_deg']:g} deg of the ring feels forces "
+            f"of planets within {values['sensor_window_deg']:.4g} deg"
+        )
+        yield separated_table(values["separated"])
+        sentence = differing_tooth(values["separated"])
+        if sentence and (self.teeth_differ or self.study.noise_percent):
+            yield sentence
+
     def page(self) -> Page:
         values = self.summary
         yield from self.facts.notes
         yield self._title
         yield averages_table(values["signals"])
         yield indicators_table(values["signals"])
+        if self.sensor is not None:
+            yield from self._sensor_lines(values)
         if self.study.is_ramp:
             yield (
                 "a torque in addition to the loads takes up the inertial forces of "
