@@ -20,7 +20,7 @@ from fegear.commands.signals.entries import (
 )
 from fegear.commands.signals.separated import (
     SeparatedGear,
-    differing_tooth,
+    differing_gears,
     separated_rows,
     separated_table,
 )
@@ -125,11 +125,21 @@ class SignalsResult(StudyResult):
         """Entries on the sensor of a planetary set, none of others."""
         if self.sensor is None:
             return {}
+        named = self._differing_gears if len(self._differing_gears) == 1 else []
         return {
             "sensor_deg": math.degrees(self.sensor.direction),
             "sensor_window_deg": math.degrees(self.sensor.width),
             "separated": [gear.entry for gear in self.separated],
+            "differing_gear": named[0]["gear"] if named else None,
+            "differing_tooth": named[0]["tooth"] if named else None,
         }
+
+    @cached_property
+    def _differing_gears(self) -> list[Mapping[str, Any]]:
+        """Entries of gears that may differ; none of teeth that are alike."""
+        if not (self.teeth_differ or self.study.noise_percent):
+            return []
+        return differing_gears([gear.entry for gear in self.separated])
 
     def _disagreement(self) -> Iterator[str]:
         """A warning where signals of one gear name different teeth.
@@ -268,13 +278,15 @@ class SignalsResult(StudyResult):
         """Lines on a planetary set: its turns, and teeth that pass the sensor."""
         yield (
             "turns of gears are against the carrier, those of the carrier against the "
-            f"ring; the sensor at {values['sensor_deg']:g} deg of the ring feels forces "
-            f"of planets within {values['sensor_window_deg']:.4g} deg"
+            f"ring; the sensor at {values['sensor_deg']:g} deg of the ring feels each "
+            f"planet's force in a window of {values['sensor_window_deg']:.4g} deg"
         )
         yield separated_table(values["separated"])
-        sentence = differing_tooth(values["separated"])
-        if sentence and (self.teeth_differ or self.study.noise_percent):
-            yield sentence
+        teeth = [f"{e['gear']} at tooth {e['tooth']}" for e in self._differing_gears]
+        if len(teeth) == 1:
+            yield f"sensor on the ring: {teeth[0]} differs most"
+        elif teeth:
+            yield f"sensor on the ring: not sure whether {' or '.join(teeth)} differs"
 
     def page(self) -> Page:
         values = self.summary

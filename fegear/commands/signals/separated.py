@@ -34,6 +34,11 @@ from lumped.signals.planet_separation import (
 from lumped.signals.ring_sensor import FORCE, RingSensor
 from lumped.train.train import Train
 
+# A tooth of one of N planets changes its force by N - 1 times as much as that of each
+# other, one of the sun has its turn with all planets alike. Where teeth of the sun come
+# to the sensor with the same planets, both leave open which it is.
+MIN_PLANETS, MIN_PLANET_RATIO, MAX_SUN_RATIO = 3, 1.5, 0.6
+
 
 @dataclass(frozen=True, eq=False)
 class SeparatedGear:
@@ -101,10 +106,7 @@ def separated_gears(
     sun = carrier.sun
     members: dict[int, PassingGear] = {
         sun: sun_gear(sensor, teeth[sun], train.sense(sun)),
-        **{
-            index: planet_gear(n, teeth[index])
-            for n, index in enumerate(carrier.planets)
-        },
+        **{p: planet_gear(n, teeth[p]) for n, p in enumerate(carrier.planets)},
     }
     for index, member in members.items():
         turning = turning_gear(gears, train, index)
@@ -146,25 +148,27 @@ def separated_table(entries: Sequence[Mapping[str, Any]]) -> RowTable:
     return RowTable(entries, SEPARATED_COLUMNS, "sensor on the ring, by passing teeth")
 
 
-def differing_tooth(entries: Sequence[Mapping[str, Any]]) -> str | None:
-    """A sentence on the gear whose average has the largest residual."""
-    named = [entry for entry in entries if entry["tooth"] is not None]
-    if not named:
-        return None
-    largest = max(named, key=lambda entry: entry["residual_rms"])
-    return (
-        f"sensor on the ring: {largest['gear']} differs most, at tooth "
-        f"{largest['tooth']}"
-    )
+def differing_gears(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Entries of the gear that differs most; of two where averages leave them open.
+
+    entries : of the sun, then of each planet
+    """
+    sun, *planets = entries
+    if len(planets) < MIN_PLANETS or any(e["tooth"] is None for e in entries):
+        return []
+    *_, second, first = sorted(planets, key=lambda entry: entry["residual_rms"])
+    if first["residual_rms"] < MIN_PLANET_RATIO * second["residual_rms"]:
+        return [sun]
+    is_planet = sun["residual_rms"] < MAX_SUN_RATIO * first["residual_rms"]
+    return [first] if is_planet else [sun, first]
 
 
 SEPARATED_COLUMNS: Columns = {
     "gear": lambda row: row["gear"],
-    "turns of carrier\nneeded": cell("carrier_turns_needed", 4),
-    "windows": cell("windows", 4, none="too few"),
+    "turns of carrier\nneeded": lambda row: str(row["carrier_turns_needed"]),
+    "windows": lambda row: str(row["windows"] or "too few"),
     "RMS of\nresidual [N]": cell("residual_rms", 3, none="none"),
     "largest\n[N]": cell("residual_peak", 3, none="none"),
     "kurtosis of\nresidual": cell("residual_kurtosis", 3, none="none"),
     "FM4": cell("fm4", 3, none="none"),
-    "at tooth": lambda row: "none" if row["tooth"] is None else str(row["tooth"]),
 }
