@@ -28,7 +28,6 @@ from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.page import Page, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
-from fegear.studies.trains.shown_signals import SHOWN_SIGNALS
 from fegear.studies.trains.train_problem import TrainFacts
 from lumped.common.array_types import Array
 from lumped.common.csv_text import format_exact
@@ -243,7 +242,8 @@ class SignalsResult(StudyResult):
     def _draw_order_map(self) -> Any:
         """Spectra of the first signals over orders and speed."""
         maps = []
-        for c, name in list(enumerate(self.names))[:SHOWN_SIGNALS]:
+        for c in self.averages.shown:
+            name = self.names[c]
             amplitude = scale_of(name)[0] * self.orders.amplitude[:, :, c]
             maps.append(OrderCurves(label_with_unit(name), amplitude))
         axes = self.orders.order, self._window_rpm
@@ -254,7 +254,7 @@ class SignalsResult(StudyResult):
         averages, noise = self.averages, self.study.noise_percent
         title = f"{self._title}{f', {noise:g} % noise' if noise else ''}"
         return draw_turn_averages(
-            averages.curves(SHOWN_SIGNALS),
+            averages.curves(averages.shown),
             averages.tooth_axis,
             self.gear.orders,
             title,
