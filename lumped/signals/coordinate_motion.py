@@ -17,7 +17,7 @@ from lumped.steady.response import History
 from lumped.train.system import LumpedSystem
 
 if TYPE_CHECKING:
-    from scipy.interpolate import CubicHermiteSpline
+    from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 POINTS_PER_PIECE = 4096  # of a ramp, at least, but for the last piece
 
@@ -35,6 +35,8 @@ class CoordinateMotion:
     displacement, velocity : (t, N) array
         Displacements of the gears and their rates; of the coupled model those of the
         hubs.
+    force : (t, m) array
+        Mesh forces [N].
     is_periodic : bool
         Whether the motion repeats after the last time.
     """
@@ -43,6 +45,7 @@ class CoordinateMotion:
     time: Array
     displacement: Array
     velocity: Array
+    force: Array
     is_periodic: bool = True
 
     @property
@@ -52,15 +55,21 @@ class CoordinateMotion:
 
     def at(self, time: Array) -> tuple[Array, Array]:
         """Displacements and velocities (k, N) of all coordinates at times (k,)."""
-        if self.is_periodic:
-            time = self.time[0] + np.mod(time - self.time[0], self.period)
+        time = self._within_period(time)
         return self._cubics(time), self._cubics(time, 1)
 
     def acceleration(self, time: Array) -> Array:
         """Accelerations (k, N) of all coordinates at times (k,)."""
-        if self.is_periodic:
-            time = self.time[0] + np.mod(time - self.time[0], self.period)
-        return np.asarray(self._cubics(time, 2))
+        return np.asarray(self._cubics(self._within_period(time), 2))
+
+    def mesh_force(self, time: Array) -> Array:
+        """Mesh forces (k, m) at times (k,) [N]."""
+        return np.asarray(self._force_curves(self._within_period(time)))
+
+    def _within_period(self, time: Array) -> Array:
+        if not self.is_periodic:
+            return time
+        return self.time[0] + np.mod(time - self.time[0], self.period)
 
     def deflection(self, displacement: Array) -> Array:
         """Transmission errors (k, m) at displacements (k, N) [m]."""
@@ -73,6 +82,13 @@ class CoordinateMotion:
         from scipy.interpolate import CubicHermiteSpline
 
         return CubicHermiteSpline(self.time, self.displacement, self.velocity)
+
+    @cached_property
+    def _force_curves(self) -> PchipInterpolator:
+        """Cubics without overshoot where forces jump with a stiffness."""
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(self.time, self.force)
 
 
 def coordinate_motion(
@@ -122,7 +138,9 @@ def coordinate_motion(
     if is_periodic:  # but for the tolerance of the steady state
         moved[-1], velocity[-1] = moved[0], velocity[0]
     displacement = moved + _at_rest(system)
-    return CoordinateMotion(system, history.time, displacement, velocity, is_periodic)
+    return CoordinateMotion(
+        system, history.time, displacement, velocity, history.force, is_periodic
+    )
 
 
 def ramp_pieces(

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from lumped.signals.coordinate_motion import (
 )
 from lumped.signals.faulty_tooth import Engagement, faulty_tooth
 from lumped.signals.orders import pulse_times, resample_at, times_at_angles
+from lumped.signals.ring_sensor import RingSensor
 from lumped.signals.sensors import signals_of_pieces, with_noise
 from lumped.steady.integration_settings import Settings
 from lumped.steady.ramps import SpeedRamp
@@ -71,6 +73,7 @@ class Sampling:
     samples : in a cycle of its first mesh, at the highest speed of a ramp
     pulses : per turn of a tachometer that gives the angle of the gear; 0 where it is
         that of the nominal speed
+    sensor : on the ring of a planetary set, None without one
     """
 
     gear: TurningGear
@@ -78,6 +81,7 @@ class Sampling:
     turns: int
     samples: int
     pulses: int = 0
+    sensor: RingSensor | None = None
 
     @property
     def points(self) -> int:
@@ -167,7 +171,10 @@ def sample_signals(
     """
     time = sampling.time
     pieces = _pieces(system, response, settings, sampling)
-    clean, rotation = signals_of_pieces(pieces, time, sampling.gear.index)
+    more = None
+    if sampling.sensor is not None:
+        more = partial(sampling.sensor.signals, ramp=sampling.ramp)
+    clean, rotation = signals_of_pieces(pieces, time, sampling.gear.index, more)
     signals = with_noise(clean, noise, seed)
     values = np.stack(list(signals.values()), axis=1)
     over_angle = sampling.over_angle(time, values, rotation)
@@ -188,22 +195,32 @@ def _pieces(
     _, history = stepper_of(system, settings).record(
         response.state, Speed(frequency, settings), response.multiple, with_states=True
     )
+    # round-off of the sum of the steps would add up over the periods
+    period = response.multiple * system.common_period[0] / frequency
+    history = replace(history, time=history.time * (period / history.time[-1]))
     steps = steps_per_period(system, frequency, settings)
     return [coordinate_motion(system, history, steps)]
 
 
 def residual_indicators(
-    average: TurnAverage, names: Sequence[str], engagement: Engagement
+    average: TurnAverage, names: Sequence[str], engagements: Mapping[str, Engagement]
 ) -> Mapping[str, Array]:
     """Indicators (c,) of the residuals of averages by name.
 
     names : of the signals, with their units
-    engagement : of the teeth; `tooth` is the one that differs most while it is in
-        contact, `tooth_rms` its root mean square; NaN where the residual is round-off
+    engagements : of the teeth by signals that tell of one tooth; `tooth` is the one
+        that differs most while it is in contact, `tooth_rms` its root mean square; NaN
+        of other signals, the tooth also where the residual is round-off
     """
     squares = average.residual**2
     is_rate = np.array([name.endswith(RATE_UNITS) for name in names])
-    tooth, tooth_rms = faulty_tooth(average.residual, is_rate, engagement)
+    tooth, tooth_rms = np.full((2, len(names)), np.nan)
+    # one call for all signals of an engagement
+    for engagement in {id(e): e for e in engagements.values()}.values():
+        chosen = np.array([engagements.get(name) is engagement for name in names])
+        tooth[chosen], tooth_rms[chosen] = faulty_tooth(
+            average.residual[:, chosen], is_rate[chosen], engagement
+        )
     return {
         "residual_rms": np.sqrt(squares.mean(axis=0)),
         "residual_peak": average.peak,

@@ -54,7 +54,7 @@ class Coordinates(ShortRepr):
 
 def train_coordinates(train: Train) -> Coordinates:
     """Degrees of freedom of a train; raises TrainError if nothing can move."""
-    bodies = _bodies(train)
+    bodies = train_bodies(train)
     indices: dict[tuple[int, str], int] = {}
     labels: list[tuple[str, str]] = []
     for members in [*rigid_groups(train), *_carrier_groups(train)]:
@@ -84,7 +84,7 @@ def train_coordinates(train: Train) -> Coordinates:
     )
 
 
-def _bodies(train: Train) -> tuple[Gear | Carrier, ...]:
+def train_bodies(train: Train) -> tuple[Gear | Carrier, ...]:
     """The gears, then the carrier if there is one."""
     return (*train.gears, *((train.carrier,) if train.carrier else ()))
 
@@ -157,7 +157,7 @@ def rigid_groups(train: Train) -> list[tuple[int, ...]]:
 
 
 def _require_masses(train: Train, members: tuple[int, ...]) -> None:
-    bodies = _bodies(train)
+    bodies = train_bodies(train)
     for number in members:
         if bodies[number].mass is None:
             raise TrainError(
@@ -235,7 +235,7 @@ def _rotating_frame_matrices(
         if body in carrier.gears and carrier_rotation is not None:
             gear_position = carrier.gears.index(body)
             point_motion = dict(
-                _carrier_point_motion(train, carrier, gear_position, axis, indices)
+                carrier_point_motion(train, carrier, gear_position, axis, indices)
             )
             row[carrier_rotation] = -point_motion[carrier_rotation]
         centripetal += mass[index] * np.outer(row, row)
@@ -255,12 +255,12 @@ def center_motion(
     carrier = train.carrier
     if carrier is None or gear not in carrier.gears:
         return []
-    return _carrier_point_motion(
+    return carrier_point_motion(
         train, carrier, carrier.gears.index(gear), axis, indices
     )
 
 
-def _carrier_point_motion(
+def carrier_point_motion(
     train: Train,
     carrier: Carrier,
     place: int,
@@ -300,12 +300,12 @@ def _spring_rows(
     """Stiffness (springs,), elongation rows (springs, n) and kinds (springs,)."""
     springs: list[tuple[float, list[tuple[int, float]], str]] = []
     carrier = train.carrier
-    for i, body in enumerate(_bodies(train)):
+    for i, body in enumerate(train_bodies(train)):
         for axis, stiffness in zip("xy", body.bearing_stiffness or (), strict=False):
             end_motions = _bearing_end_motion(body, i, axis, indices)
             if carrier and i in carrier.gears:
                 gear_position = carrier.gears.index(i)
-                point_motion = _carrier_point_motion(
+                point_motion = carrier_point_motion(
                     train, carrier, gear_position, axis, indices
                 )
                 end_motions += [(index, -motion) for index, motion in point_motion]

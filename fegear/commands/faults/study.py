@@ -456,9 +456,9 @@ class RunComputations(Mapping[str, Callable[[], Arrays]]):
         except ValueError as error:
             return partial(status_arrays, f"impossible: {error}")
         noise = 0.01 * run.study.noise_percent
-        engagement = run.engagement
+        engagements = run.engagements
         frequency = run.study.frequency
-        options = noise, run.study.seed, engagement, self.problem.study.averages
+        options = noise, run.study.seed, engagements, self.problem.study.averages
         settings = run.integration
         return partial(evaluate_run, system, frequency, settings, sampling, *options)
 
@@ -498,14 +498,14 @@ def evaluate_run(
     sampling: Sampling,
     noise: float,
     seed: int,
-    engagement: Engagement,
+    engagements: Mapping[str, Engagement],
     averages: bool,
 ) -> Arrays:
     """Signals and indicators of a run; its status alone where it does not repeat.
 
     frequency : of the first mesh [Hz]
     noise : standard deviation over that of each signal; seed : of it
-    engagement : of the gear's teeth, see `residual_indicators`
+    engagements : of the gear's teeth by signals, see `residual_indicators`
     averages : whether signals are left out
     """
     try:
@@ -517,7 +517,7 @@ def evaluate_run(
     sampled = sample_signals(system, response, settings, sampling, noise, seed)
     indicators = {
         "rms": sampled.values.std(axis=0),
-        **residual_indicators(sampled.average, sampled.names, engagement),
+        **residual_indicators(sampled.average, sampled.names, engagements),
     }
     arrays = {
         **status_arrays(str(response.status)),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -14,12 +15,13 @@ from fegear.files.codes import with_code
 from fegear.studies.columns import unit_of_column
 from fegear.studies.page import Columns, RowTable, cell, number
 from fegear.studies.table import finite_or_none
-from fegear.studies.trains.shown_signals import SCALES, signal_label
+from fegear.studies.trains.shown_signals import SCALES, SHOWN_SIGNALS, signal_label
 from lumped.common.array_types import Array
 from lumped.figures.turn_averages import AverageCurves
 from lumped.signals.averages import TurnAverage
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.indicators import difference_indicators
+from lumped.signals.ring_sensor import FORCE
 from lumped.signals.sampling import TurningGear, residual_indicators
 
 MAX_HARMONIC = 8.5  # of the gear's mesh, in order maps
@@ -39,7 +41,7 @@ class GearAverages:
     average : over the turns
     na4 : (c,) of the last window of turns
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
-    engagement : contact of the gear's teeth in its first mesh
+    engagements : contact of the gear's teeth by signals that tell of one tooth
     """
 
     gear: TurningGear
@@ -47,13 +49,13 @@ class GearAverages:
     average: TurnAverage
     na4: Array
     tooth: NDArray[np.int64]
-    engagement: Engagement
+    engagements: Mapping[str, Engagement]
 
     @cached_property
     def indicators(self) -> Mapping[str, Array]:
         """Indicators (c,) of the averages by name."""
         return {
-            **residual_indicators(self.average, self.names, self.engagement),
+            **residual_indicators(self.average, self.names, self.engagements),
             **difference_indicators(self.average),
             "na4": self.na4,
         }
@@ -82,8 +84,8 @@ class GearAverages:
             "residual_peak_angle_deg": finite_or_none(
                 360.0 * float(average.peak_turn[c])
             ),
-            "residual_tooth_rms": indicators["tooth_rms"],
-            "tooth": int(indicators["tooth"]) if has_residual else None,
+            "residual_tooth_rms": finite_or_none(indicators["tooth_rms"]),
+            "tooth": None if math.isnan(tooth := indicators["tooth"]) else int(tooth),
             **{n: finite_or_none(indicators[n]) for n in DIFFERENCE_INDICATORS},
         }
 
@@ -136,9 +138,28 @@ class GearAverages:
         part = np.arange(len(self.tooth)) / len(self.tooth)
         return 1.0 + self.gear.phase % self.gear.teeth + self.gear.teeth * part
 
-    def curves(self, count: int) -> list[AverageCurves]:
-        """Curves of the first signals."""
-        return [self._curves_of_signal(c) for c in range(len(self.names))[:count]]
+    def curves(self, signals: Iterable[int]) -> list[AverageCurves]:
+        """Curves of signals, by their indices."""
+        return [self._curves_of_signal(c) for c in signals]
+
+    @property
+    def shown(self) -> tuple[int, ...]:
+        """Indices of the signals in a picture.
+
+        The first ones; of a planetary set those that tell most of the gear, at last the
+        sensor on the ring.
+        """
+        indices = range(len(self.names))
+        if FORCE not in self.names:
+            return tuple(indices[:SHOWN_SIGNALS])
+        related = [
+            *self.engagements,
+            *(name for name in self.names if name.startswith(f"{self.gear.name}_")),
+            *self.names,
+        ]
+        chosen = [name for name in dict.fromkeys(related) if name != FORCE]
+        chosen = [*chosen[: SHOWN_SIGNALS - 1], FORCE]
+        return tuple(sorted(self.names.index(name) for name in chosen))
 
     def _curves_of_signal(self, c: int) -> AverageCurves:
         average, name = self.average, self.names[c]
@@ -186,7 +207,11 @@ def indicators_table(
 
 def _scaled_cell(name: str) -> Callable[[Any], str]:
     """The cell of a value in the unit that is shown."""
-    return lambda row: number(scale_of(row["signal"])[0] * row[name], 3)
+    return lambda row: (
+        "none"
+        if row[name] is None
+        else number(scale_of(row["signal"])[0] * row[name], 3)
+    )
 
 
 def _tooth_text(row: Any) -> str:

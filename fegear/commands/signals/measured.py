@@ -23,7 +23,7 @@ from fegear.studies.settings import display_name
 from fegear.studies.trains.sampled_signals import SampledProblem, gear_index
 from fegear.studies.trains.speeds import with_frequencies
 from fegear.studies.trains.turning_gears import (
-    engagement_of,
+    engagements_of,
     meshing_gears,
     tooth_at_pitch_point,
     turning_gear,
@@ -187,7 +187,7 @@ class MeasuredProblem(Problem):
             average=TurnAverage(band_limited(average, points), turns, gear.orders),
             na4=na4(band_limited(windows, points), gear.orders),
             tooth=tooth_at_pitch_point(self.gears, gear, points),
-            engagement=engagement_of(self.gears, gear),
+            engagements=engagements_of(self.gears, gear, self.names),
         )
 
     def _warnings(self, shown: TurningGear) -> Iterator[str]:

@@ -23,7 +23,6 @@ from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.page import Page, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
-from fegear.studies.trains.shown_signals import SHOWN_SIGNALS
 from lumped.figures.order_maps import OrderCurves, draw_order_maps
 from lumped.figures.turn_averages import draw_measured_averages
 from lumped.signals.orders import OrderMap
@@ -184,8 +183,10 @@ class MeasuredResult(StudyResult):
     def _draw_averages(self) -> Any:
         one, computed = self.gear_averages, self.computed
         return draw_measured_averages(
-            one.curves(SHOWN_SIGNALS),
-            [] if computed is None else computed.averages.curves(SHOWN_SIGNALS),
+            one.curves(one.shown),
+            []
+            if computed is None
+            else computed.averages.curves(computed.averages.shown),
             one.tooth_axis,
             one.gear.orders,
             self._title,
@@ -199,7 +200,8 @@ class MeasuredResult(StudyResult):
                 label_with_unit(name),
                 scale_of(name)[0] * self.orders.amplitude[:, :, c],
             )
-            for c, name in list(enumerate(one.names))[:SHOWN_SIGNALS]
+            for c, name in enumerate(one.names)
+            if c in one.shown
         ]
         axes = self.orders.order, self.orders.turns
         ylabel = f"turns of {one.gear.name}"

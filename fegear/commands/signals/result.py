@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,11 +18,16 @@ from fegear.commands.signals.entries import (
     label_with_unit,
     scale_of,
 )
+from fegear.commands.signals.separated import (
+    SeparatedGear,
+    differing_gears,
+    separated_rows,
+    separated_table,
+)
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.page import Page, pluralize
 from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
-from fegear.studies.trains.shown_signals import SHOWN_SIGNALS
 from fegear.studies.trains.train_problem import TrainFacts
 from lumped.common.array_types import Array
 from lumped.common.csv_text import format_exact
@@ -30,6 +36,7 @@ from lumped.figures.turn_averages import draw_turn_averages
 from lumped.signals.averages import TurnAverage
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import OrderMap
+from lumped.signals.ring_sensor import RingSensor
 from lumped.signals.sampling import TurningGear
 from lumped.steady.ramps import SpeedRamp
 
@@ -48,9 +55,11 @@ class SignalsResult(StudyResult):
     orders : spectra over windows of turns
     na4 : (c,) indicator of the last window of turns
     tooth : (p,) of the gear at the pitch point of its first mesh, from 1
-    engagement : contact of the gear's teeth in its first mesh
+    engagements : contact of the gear's teeth by signals, see `GearAverages`
     turns_of_motion : of the gear, after which the motion repeats
     teeth_differ : whether some tooth of the gear set differs from others
+    sensor : on the ring of a planetary set, None of others
+    separated : averages of it over the teeth of the sun and of each planet
     """
 
     study: Any
@@ -65,9 +74,11 @@ class SignalsResult(StudyResult):
     orders: OrderMap
     na4: Array
     tooth: NDArray[np.int64]
-    engagement: Engagement
+    engagements: Mapping[str, Engagement]
     turns_of_motion: int
     teeth_differ: bool
+    sensor: RingSensor | None = None
+    separated: tuple[SeparatedGear, ...] = ()
 
     @cached_property
     def averages(self) -> GearAverages:
@@ -78,7 +89,7 @@ class SignalsResult(StudyResult):
             average=self.average,
             na4=self.na4,
             tooth=self.tooth,
-            engagement=self.engagement,
+            engagements=self.engagements,
         )
 
     @cached_property
@@ -104,8 +115,30 @@ class SignalsResult(StudyResult):
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
             "signals": self.averages.entries,
+            **self._sensor_entries,
             "warnings": [*self.facts.warnings, *self._disagreement()],
         }
+
+    @property
+    def _sensor_entries(self) -> dict[str, Any]:
+        """Entries on the sensor of a planetary set, none of others."""
+        if self.sensor is None:
+            return {}
+        named = self._differing_gears if len(self._differing_gears) == 1 else []
+        return {
+            "sensor_deg": math.degrees(self.sensor.direction),
+            "sensor_window_deg": math.degrees(self.sensor.width),
+            "separated": [gear.entry for gear in self.separated],
+            "differing_gear": named[0]["gear"] if named else None,
+            "differing_tooth": named[0]["tooth"] if named else None,
+        }
+
+    @cached_property
+    def _differing_gears(self) -> list[Mapping[str, Any]]:
+        """Entries of gears that may differ; none of teeth that are alike."""
+        if not (self.teeth_differ or self.study.noise_percent):
+            return []
+        return differing_gears([gear.entry for gear in self.separated])
 
     def _disagreement(self) -> Iterator[str]:
         """A warning where signals of one gear name different teeth.
@@ -168,11 +201,15 @@ class SignalsResult(StudyResult):
             frequency = self.gear.turn_frequency(self.ramp.start)
             over_order["frequency_Hz"] = order * frequency
         over_order |= averages.over_orders
-        return {
+        tables = {
             "average": Table.of(averages.over_turn, self._header),
             "spectrum": Table.of(over_order, self._header),
             "orders": self._orders_table,
         }
+        if self.sensor is not None:
+            rows = separated_rows(self.separated)
+            tables["separated"] = Table.of(rows, self._header)
+        return tables
 
     @property
     def _orders_table(self) -> Table:
@@ -205,7 +242,8 @@ class SignalsResult(StudyResult):
     def _draw_order_map(self) -> Any:
         """Spectra of the first signals over orders and speed."""
         maps = []
-        for c, name in list(enumerate(self.names))[:SHOWN_SIGNALS]:
+        for c in self.averages.shown:
+            name = self.names[c]
             amplitude = scale_of(name)[0] * self.orders.amplitude[:, :, c]
             maps.append(OrderCurves(label_with_unit(name), amplitude))
         axes = self.orders.order, self._window_rpm
@@ -216,7 +254,7 @@ class SignalsResult(StudyResult):
         averages, noise = self.averages, self.study.noise_percent
         title = f"{self._title}{f', {noise:g} % noise' if noise else ''}"
         return draw_turn_averages(
-            averages.curves(SHOWN_SIGNALS),
+            averages.curves(averages.shown),
             averages.tooth_axis,
             self.gear.orders,
             title,
@@ -236,12 +274,28 @@ class SignalsResult(StudyResult):
             f"{self.average.turns} turns of {self.gear.name} at {rpm} rpm"
         )
 
+    def _sensor_lines(self, values: Mapping[str, Any]) -> Page:
+        """Lines on a planetary set: its turns, and teeth that pass the sensor."""
+        yield (
+            "turns of gears are against the carrier, those of the carrier against the "
+            f"ring; the sensor at {values['sensor_deg']:g} deg of the ring feels each "
+            f"planet's force in a window of {values['sensor_window_deg']:.4g} deg"
+        )
+        yield separated_table(values["separated"])
+        teeth = [f"{e['gear']} at tooth {e['tooth']}" for e in self._differing_gears]
+        if len(teeth) == 1:
+            yield f"sensor on the ring: {teeth[0]} differs most"
+        elif teeth:
+            yield f"sensor on the ring: not sure whether {' or '.join(teeth)} differs"
+
     def page(self) -> Page:
         values = self.summary
         yield from self.facts.notes
         yield self._title
         yield averages_table(values["signals"])
         yield indicators_table(values["signals"])
+        if self.sensor is not None:
+            yield from self._sensor_lines(values)
         if self.study.is_ramp:
             yield (
                 "a torque in addition to the loads takes up the inertial forces of "

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
@@ -14,6 +15,7 @@ from fegear.commands.signals.entries import MAX_HARMONIC
 from fegear.commands.signals.measured import MeasuredProblem
 from fegear.commands.signals.measured_settings import MeasuredSettings
 from fegear.commands.signals.result import SignalsResult
+from fegear.commands.signals.separated import SeparatedGear, separated_gears
 from fegear.files.errors import InputError
 from fegear.files.output import (
     HDF5,
@@ -29,7 +31,8 @@ from fegear.studies.study import PLOT
 from fegear.studies.trains.sampled_signals import SampledProblem, SignalsStudy
 from lumped.signals.indicators import na4, window_averages
 from lumped.signals.orders import order_map
-from lumped.signals.sampling import sample_signals
+from lumped.signals.ring_sensor import FORCE
+from lumped.signals.sampling import SampledSignals, sample_signals
 from lumped.steady.motion import DivergedError, bounded_response
 from lumped.steady.steady_state import Diverged
 from lumped.steady.truncation_check import check_truncation
@@ -42,6 +45,8 @@ MORE_TABLES = MappingProxyType(
         f"{TO_SINGLE_TABLE}.",
         "orders": "Write the spectra over windows of turns, by orders of the gear, "
         f"{TO_SINGLE_TABLE}.",
+        "separated": "Write the averages of the sensor on the ring over the teeth of "
+        f"the sun and of each planet, of a planetary set, {TO_SINGLE_TABLE}.",
     }
 )
 
@@ -70,6 +75,8 @@ class Signals(
     }
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+        if "separated" in outputs and self.gear_set.loaded.carrier is None:
+            yield "separated", "needs a planetary set"
         if self.measured is not None:
             return
         if self.is_ramp:
@@ -132,10 +139,20 @@ class SignalsProblem(SampledProblem):
             orders=order_map(sampled.over_angle, sampling.points, window, highest),
             na4=na4(windows, sampling.gear.orders),
             tooth=self.tooth_at_pitch_point,
-            engagement=self.engagement,
+            engagements=self.engagements,
             turns_of_motion=self._turns_of_motion(response.multiple or 1),
             teeth_differ=max(pair_periods(self.gears)) > 1,
+            sensor=self.sensor,
+            separated=self._separated(sampled),
         )
+
+    def _separated(self, sampled: SampledSignals) -> tuple[SeparatedGear, ...]:
+        """Averages of the ring's sensor over the teeth that pass it."""
+        if self.sensor is None:
+            return ()
+        signal = sampled.over_angle[:, sampled.names.index(FORCE)]
+        arguments = self.system.train, self.sensor, signal, self.sampling.samples
+        return tuple(separated_gears(self.gears, *arguments))
 
     def _turns_of_motion(self, multiple: int) -> int:
         """Turns of the gear after which the motion repeats.
@@ -144,4 +161,6 @@ class SignalsProblem(SampledProblem):
         """
         turning = self.turning
         cycles = multiple * self.system.common_period[turning.mesh]
+        if self.sensor is not None:  # planets pass the sensor in a turn of the ring
+            cycles = math.lcm(cycles, self.sensor.passes.teeth)
         return Fraction(cycles, turning.teeth).numerator

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.files.errors import InputError
-from fegear.gearset.model import GearSet
+from fegear.gearset.model import CARRIER, GearSet
 from fegear.statics.excitation import ExcitationSource
-from fegear.studies.settings import display_name, setting
+from fegear.studies.settings import display_name, refusal, setting
 from fegear.studies.trains.axes import written_limits
 from fegear.studies.trains.models import ALL_MODELS, SPACE, lumped_model
 from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
 from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequencies
 from fegear.studies.trains.train_problem import MOTION_PERIODS
 from fegear.studies.trains.turning_gears import (
-    engagement_of,
+    engagements_of,
     meshing_gears,
     tooth_at_pitch_point,
     turning_gear,
@@ -30,7 +30,9 @@ from fegear.train.requirements import require_method
 from lumped.common.options import Range
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import MIN_PULSES
+from lumped.signals.ring_sensor import RingSensor, planet_passes
 from lumped.signals.sampling import TURN_RTOL, Sampling, TurningGear
+from lumped.signals.sensors import signal_names
 from lumped.steady.integration_settings import Settings
 from lumped.steady.ramps import SpeedRamp
 
@@ -120,6 +122,18 @@ class SignalsStudy(SampledTurns, OneSpeedStudy):
         "are fewer.",
         Range(1, 10_000),
     )
+    sensor_deg: float = setting(
+        0.0,
+        "Direction of the sensor on the ring of a planetary set at the start, "
+        "counter-clockwise from x [deg].",
+        Range(-360.0, 360.0, unit="deg"),
+    )
+    sensor_window_deg: float | None = setting(
+        None,
+        "Angle over which the sensor on the ring feels a passing planet, full width of "
+        "a Hann window [deg]. [default: 360 over the number of planets]",
+        Range(1.0, 360.0, unit="deg"),
+    )
     model: LumpedModel = lumped_model(ALL_MODELS | SPACE)
 
     def __post_init__(self) -> None:
@@ -191,6 +205,7 @@ class SampledProblem(OneSpeedProblem):
         method = study.integration.method
         require_method(method, problem.model, problem.gears, study.is_ramp)
         problem = replace(problem, excitations=excitations)
+        _require_fixed_axes(problem.gears, study)
         _ = problem.sampling  # refuses a gear that is not there
         return problem
 
@@ -206,9 +221,22 @@ class SampledProblem(OneSpeedProblem):
     def turning(self) -> TurningGear:
         """The gear; InputError where it is not there."""
         gears, study = self.gears, self.study
-        if gears.carrier is not None:
-            raise InputError(f"{gears.name}: planetary sets have no signals here")
-        return turning_gear(gears, self.system.train, gear_index(gears, study))
+        turning = turning_gear(gears, self.system.train, gear_index(gears, study))
+        # the ring turns against the carrier as often as the carrier against the ring
+        return replace(turning, name=study.gear_name or turning.name)
+
+    @cached_property
+    def sensor(self) -> RingSensor | None:
+        """The sensor on the ring of a planetary set."""
+        carrier, study = self.gears.carrier, self.study
+        if carrier is None:
+            return None
+        width = study.sensor_window_deg or 360.0 / len(carrier.planets)
+        return RingSensor(
+            passes=planet_passes(self.system.train),
+            direction=math.radians(study.sensor_deg),
+            width=math.radians(width),
+        )
 
     @cached_property
     def sampling(self) -> Sampling:
@@ -217,7 +245,9 @@ class SampledProblem(OneSpeedProblem):
         start, end = study.mesh_frequencies
         duration = study.seconds or study.turns / turning.turn_frequency(start)
         ramp = SpeedRamp(start=start, end=end, duration=duration)
-        sampling = Sampling(turning, ramp, study.turns, study.samples, study.pulses)
+        sampling = Sampling(
+            *(turning, ramp, study.turns, study.samples, study.pulses), self.sensor
+        )
         self._require_length(sampling)
         return sampling
 
@@ -259,15 +289,32 @@ class SampledProblem(OneSpeedProblem):
         return tooth_at_pitch_point(self.gears, self.turning, self.sampling.points)
 
     @property
-    def engagement(self) -> Engagement:
-        """Contact of the gear's teeth in its first mesh, over a turn."""
-        return engagement_of(self.gears, self.turning)
+    def engagements(self) -> dict[str, Engagement]:
+        """Contact of the gear's teeth by signals, see `engagements_of`."""
+        names = signal_names(self.system)
+        return engagements_of(self.gears, self.turning, names)
+
+
+def _require_fixed_axes(gears: GearSet, study: SignalsStudy) -> None:
+    """Refuse settings that only planetary sets have, or only others."""
+    if gears.carrier is None:
+        reason = f"needs a planetary set, {gears.name} is none"
+        for name in ("sensor_deg", "sensor_window_deg"):
+            if getattr(study, name) != getattr(SignalsStudy, name):
+                raise refusal(study, name, reason)
+    elif study.pulses:
+        raise InputError(
+            f"{display_name(study, 'pulses')} = {study.pulses}; a tachometer does not "
+            "have the turns of planetary sets, which are against the carrier"
+        )
 
 
 def gear_index(gears: GearSet, study: SignalsStudy) -> int:
     """Index of the gear of a study; InputError where it is not there."""
     meshing = meshing_gears(gears)
     names = [gears.gears[index].name for index in meshing]
+    if gears.carrier is not None:
+        meshing, names = [*meshing, gears.carrier.ring], [*names, CARRIER]
     if not study.gear_name:
         return gears.meshes[0].driver
     if study.gear_name not in names:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
+from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_in_cycles
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.sampling import TurningGear
+from lumped.signals.sensors import dte_name
 from lumped.train.train import Train
 
 
@@ -50,14 +54,39 @@ def tooth_at_pitch_point(
     return 1 + tooth_in_cycles(gears, turning.mesh, turning.index, cycle)
 
 
-def engagement_of(gears: GearSet, turning: TurningGear) -> Engagement:
-    """Contact of the gear's teeth in its first mesh, over a turn."""
-    start, end = gears.engagement(turning.mesh)
+def engagements_of(
+    gears: GearSet, turning: TurningGear, names: Iterable[str]
+) -> dict[str, Engagement]:
+    """Contact of the gear's teeth over a turn, by signals that tell of one tooth.
+
+    Of planetary sets these are the transmission errors of the gear's meshes, in whose
+    contacts the tooth has its turn; of others all signals, in the gear's first mesh.
+
+    names : of the signals
+    """
+    if gears.carrier is None:
+        return dict.fromkeys(names, engagement_of(gears, turning, turning.mesh))
+    by_mesh = {
+        dte_name(mesh): engagement_of(gears, turning, mesh)
+        for mesh in gears.meshes_of[turning.index]
+    }
+    return {name: by_mesh[name] for name in names if name in by_mesh}
+
+
+def engagement_of(gears: GearSet, turning: TurningGear, mesh: int) -> Engagement:
+    """Contact of the gear's teeth in one of its meshes, over a turn.
+
+    mesh : its index, from 0
+    """
+    start, end = gears.engagement(mesh)
     pitches = np.arange(turning.teeth)
+    first = turning.phase
+    if mesh != turning.mesh:
+        first = mesh_phases(gears)[mesh].value
     return Engagement(
-        first=turning.phase,
+        first=first,
         start=start,
         end=end,
-        drives=gears.meshes[turning.mesh].driver == turning.index,
-        teeth=1 + tooth_in_cycles(gears, turning.mesh, turning.index, pitches),
+        drives=gears.meshes[mesh].driver == turning.index,
+        teeth=1 + tooth_in_cycles(gears, mesh, turning.index, pitches),
     )

@@ -345,7 +345,6 @@ def test_runs_without_signals_keep_their_labels():
         (("pitch_error=1",), {"random_seed": 1}, "random_seed = 1; needs random"),
         (("pitch_error=1",), {"seed": 1}, "seed = 1; needs noise_percent"),
         (("pitch_error=1",), {"gear_name": "z"}, "gear_name = z; liu-pair has pinion"),
-        (("pitch_error=1",), {"gear_set": "planetary-24-36-96"}, "no signals here"),
         (
             ("gear.pinion.pitch_errors_um.3=1",),
             {"tooth": 1},

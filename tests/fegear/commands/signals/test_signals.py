@@ -156,7 +156,8 @@ def test_orders_and_tables():
         ({"gear_name": "z"}, "gear_name = z; liu-pair has pinion, idler"),
         ({"turns": 10_000, "samples": 1024}, f"at most {MAX_SAMPLES} are allowed"),
         ({"model": replace(MODEL, friction=0.1, bending=0.3)}, "without friction"),
-        ({"gear_set": "planetary-24-36-96"}, "planetary sets have no signals"),
+        ({"gear_set": "planetary-24-36-96", "pulses": 3}, "pulses = 3; a tachometer"),
+        ({"sensor_deg": 30.0}, "sensor_deg = 30; needs a planetary set, liu-pair is"),
     ],
 )
 def test_what_has_no_signals_is_refused(settings, message):

@@ -1,0 +1,165 @@
+"""Signals of planetary sets, beside closed forms and the balance of forces."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import fegear
+from fegear.studies.trains.gear_sets import GearSetRef
+from lumped import Settings
+from lumped.closed_forms.planet_passing import passing_amplitudes, phasor_sums
+from lumped.signals.coordinate_motion import CoordinateMotion, coordinate_motion
+from lumped.steady.motion import bounded_response
+from lumped.steady.steady_state import Speed
+from lumped.steady.steppers import stepper_of
+
+WAVES = tuple(
+    f"planetary.1.{side}.{key}={value}"
+    for side, mean in (("sun_mesh", 3e8), ("ring_mesh", 4e8))
+    for key, value in (
+        ("mean_stiffness_N_per_m", mean),
+        ("stiffness_variation", 0.3),
+        ("load_share", 0.5),
+    )
+)
+MODEL = fegear.LumpedModel(
+    number=1, excitation=fegear.ExcitationSettings(kind="trapezoid")
+)
+MOVING = replace(MODEL, translations=True)
+FINE = Settings(tolerance=1e-11, steps=256)
+TEETH_94 = ("gear.sun.teeth=26", "gear.planet.teeth=34", "gear.ring.teeth=94")
+SETS = {
+    "in phase": ("planetary.1.planets=3",),
+    "sequential": (*TEETH_94, "planetary.1.planets=3"),
+    "counter-phased": (*TEETH_94, "planetary.1.planets=4"),
+    "mixed": (
+        *TEETH_94,
+        "planetary.1.planets=4",
+        "planetary.1.positions_deg=[0,93,180,273]",
+    ),
+    "unequal": ("planetary.1.positions_deg=[0,99,201]",),
+}
+
+
+def study_of(*edits, **settings):
+    defaults = {"speed": 900.0, "torque": 60.0, "model": MODEL, "turns": 1}
+    defaults |= {"integration": FINE, "samples": 64, "gear_name": "carrier"}
+    gear_set = GearSetRef(name="planetary-24-36-96", edits=(*WAVES, *edits))
+    return fegear.Signals(gear_set=gear_set, **defaults | settings)
+
+
+def motion_of(study) -> CoordinateMotion:
+    problem = study.prepare()
+    response, _, settings = bounded_response(
+        problem.system, study.frequency, problem.integration
+    )
+    at = response.state, Speed(study.frequency, settings), response.multiple
+    stepper = stepper_of(problem.system, settings)
+    _, history = stepper.record(*at, with_states=True)
+    return coordinate_motion(problem.system, history)
+
+
+def sensor_of(result, name="ring_sensor_N"):
+    return result.names.index(name)
+
+
+@pytest.mark.parametrize("name", SETS)
+def test_orders_of_the_sensor_are_those_of_the_passing_planets(name):
+    study = study_of(*SETS[name], sensor_deg=25.0, sensor_window_deg=75.0)
+    result, motion = fegear.run(study), motion_of(study)
+    carrier = study.gear_set.loaded.carrier
+    teeth, angles = carrier.members.ring, np.array(carrier.angles)
+    times = np.arange(64) / (64 * study.speed)
+    forces = motion.mesh_force(times)[:, 1::2]
+    harmonics = np.fft.rfft(forces, axis=0).T / 64
+    harmonics[:, -1] *= 0.5  # of both signs
+    order = np.arange(4 * teeth)
+    expected = passing_amplitudes(
+        harmonics,
+        angles,
+        teeth,
+        order,
+        sensor=math.radians(25.0),
+        width=math.radians(75.0),
+    )
+    amplitude = result.average.amplitude[order, sensor_of(result)]
+    assert np.abs(amplitude - expected).max() < 1e-6 * expected[1:].max()
+
+
+@pytest.mark.parametrize("name", ["in phase", "sequential", "counter-phased"])
+def test_planets_that_are_alike_leave_multiples_of_their_number(name):
+    # samples and steps that a third of a cycle divides
+    settings = {"samples": 48, "integration": replace(FINE, steps=768)}
+    result = fegear.run(study_of(*SETS[name], **settings))
+    carrier = result.study.gear_set.loaded.carrier
+    amplitude = result.average.amplitude[:, sensor_of(result)]
+    order = np.arange(amplitude.size)
+    sums = phasor_sums(carrier.angles, order)
+    assert amplitude[sums < 1e-9].max() < 1e-6 * amplitude[1:].max()
+    mesh = amplitude[carrier.members.ring]
+    is_multiple = carrier.members.ring % len(carrier.planets) == 0
+    assert (mesh > 1e-3 * amplitude[1:].max()) == is_multiple
+
+
+def test_the_sun_and_the_planets_turn_against_the_carrier():
+    """18 teeth a second at 5 Hz and so on; the ring has the turns of the carrier."""
+    turns = {
+        name: fegear.run(study_of(gear_name=name, samples=8)).summary
+        for name in ("sun", "planet-2", "ring", "carrier")
+    }
+    rpm = [values["gear_speed_rpm"] for values in turns.values()]
+    np.testing.assert_allclose(rpm, 60.0 * 900.0 / np.array([24, 36, 96, 96]))
+    repeats = [values["motion_repeats_turns"] for values in turns.values()]
+    assert repeats == [4, 8, 1, 1]
+    assert turns["carrier"]["gear"] == "carrier"
+
+
+def test_planets_press_on_the_carrier_with_its_torque():
+    """Mean of the force on each planet's bearing: along its circle, 300 N m in all."""
+    result = fegear.run(study_of(model=MOVING))
+    mean = dict(zip(result.names, result.values.mean(axis=0), strict=True))
+    carrier = result.study.gear_set.loaded.carrier
+    force = 5.0 * 60.0 / (3 * carrier.radius)
+    for number, angle in enumerate(carrier.angles, start=1):
+        x, y = (mean[f"planet-{number}_bearing_{axis}_N"] for axis in "xy")
+        radial = x * math.cos(angle) + y * math.sin(angle)
+        along = y * math.cos(angle) - x * math.sin(angle)
+        assert abs(along) == pytest.approx(force, rel=1e-6)
+        assert abs(radial) < 1e-6 * force
+    for body in ("sun", "ring", "carrier"):
+        assert abs(mean[f"{body}_bearing_x_N"]) < 1e-6 * force
+
+
+def test_the_speed_of_the_carrier_is_that_of_its_rotation():
+    study = study_of()
+    result, motion = fegear.run(study), motion_of(study)
+    column = motion.system.modes.coordinates.labels.index(("carrier", "rotation"))
+    expected = motion.at(result.time)[1][:, column]
+    signal = result.values[:, sensor_of(result, "carrier_speed_deviation_rad_per_s")]
+    np.testing.assert_allclose(signal, expected, atol=1e-9 * np.abs(expected).max())
+
+
+def test_the_acceleration_is_that_of_the_ring_in_space():
+    """Second differences of its displacement toward the sensor, which stands still."""
+    study = study_of(*SETS["unequal"], model=MOVING, sensor_deg=40.0, samples=16)
+    result, motion = fegear.run(study), motion_of(study)
+    system = motion.system
+    columns = [system.modes.coordinates.labels.index(("ring", a)) for a in "xy"]
+    carrier_speed = system.train.carrier_angular_speed(study.speed)
+
+    def toward_sensor(time):
+        x = motion.at(time)[0][:, columns] @ (1.0, 1j)
+        return (x * np.exp(1j * (carrier_speed * time - math.radians(40.0)))).real
+
+    step = 1.0 / (256 * study.speed)
+    time = result.time[1:]
+    parts = [toward_sensor(time + shift) for shift in (-step, 0.0, step)]
+    expected = (parts[0] - 2.0 * parts[1] + parts[2]) / step**2
+    signal = result.values[1:, sensor_of(result, "ring_sensor_m_per_s2")]
+    assert np.abs(signal - expected).max() < 0.02 * np.abs(expected).max()
+    error = np.sqrt(((signal - expected) ** 2).mean())
+    assert error < 5e-3 * np.sqrt((expected**2).mean())
