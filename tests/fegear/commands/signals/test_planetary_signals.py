@@ -63,7 +63,7 @@ def motion_of(study) -> CoordinateMotion:
     return coordinate_motion(problem.system, history)
 
 
-def sensor_of(result, name="ring_sensor_N"):
+def sensor_of(result, name="ring_sensor_force_N"):
     return result.names.index(name)
 
 
@@ -159,7 +159,7 @@ def test_the_acceleration_is_that_of_the_ring_in_space():
     time = result.time[1:]
     parts = [toward_sensor(time + shift) for shift in (-step, 0.0, step)]
     expected = (parts[0] - 2.0 * parts[1] + parts[2]) / step**2
-    signal = result.values[1:, sensor_of(result, "ring_sensor_m_per_s2")]
+    signal = result.values[1:, sensor_of(result, "ring_sensor_acceleration_m_per_s2")]
     assert np.abs(signal - expected).max() < 0.02 * np.abs(expected).max()
     error = np.sqrt(((signal - expected) ** 2).mean())
     assert error < 5e-3 * np.sqrt((expected**2).mean())
