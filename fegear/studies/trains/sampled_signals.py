@@ -125,13 +125,13 @@ class SignalsStudy(SampledTurns, OneSpeedStudy):
     sensor_deg: float = setting(
         0.0,
         "Direction of the sensor on the ring of a planetary set at the start, "
-        "counter-clockwise from x [deg].",
+        "counter-clockwise from x [degrees].",
         Range(-360.0, 360.0, unit="deg"),
     )
     sensor_window_deg: float | None = setting(
         None,
         "Angle over which the sensor on the ring feels a passing planet, full width of "
-        "a Hann window [deg]. [default: 360 over the number of planets]",
+        "a Hann window [degrees]. [default: 360 over the number of planets]",
         Range(1.0, 360.0, unit="deg"),
     )
     model: LumpedModel = lumped_model(ALL_MODELS | SPACE)

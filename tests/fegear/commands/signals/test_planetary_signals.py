@@ -163,3 +163,85 @@ def test_the_acceleration_is_that_of_the_ring_in_space():
     assert np.abs(signal - expected).max() < 0.02 * np.abs(expected).max()
     error = np.sqrt(((signal - expected) ** 2).mean())
     assert error < 5e-3 * np.sqrt((expected**2).mean())
+
+
+HUNTING = ("gear.sun.teeth=27", "gear.planet.teeth=31", "gear.ring.teeth=89")
+QUICK = {"integration": Settings(tolerance=1e-8, steps=128), "samples": 32}
+
+
+def damaged(gear, tooth, teeth, *edits, error=2.0, **settings):
+    """Signals of four planets with a tooth of one gear that is set back [um]."""
+    errors = [error * (number == tooth) for number in range(1, 1 + teeth)]
+    edits = *edits, "planetary.1.planets=4", f"gear.{gear}.pitch_errors_um={errors}"
+    return fegear.run(study_of(*edits, gear_name=gear, **QUICK | settings))
+
+
+def teeth_of_meshes(result):
+    """Teeth that transmission errors of the gear's meshes name, and no other signal."""
+    entries = result.summary["signals"]
+    return {e["signal"]: e["tooth"] for e in entries if e["tooth"] is not None}
+
+
+@pytest.mark.parametrize(
+    ("edits", "teeth", "turns"), [((), 36, 8), (HUNTING, 31, 89)], ids=["36", "31"]
+)
+@pytest.mark.parametrize("error", [2.0, -2.0])
+def test_the_damaged_planet_of_four_and_its_tooth(edits, teeth, turns, error):
+    """Its residual is about N - 1 times that of each other."""
+    result = damaged("planet-3", 12, teeth, *edits, error=error, turns=turns)
+    values = result.summary
+    assert (values["differing_gear"], values["differing_tooth"]) == ("planet-3", 12)
+    assert "planet-3 at tooth 12 differs most" in str(list(result.page()))
+    rms = {entry["gear"]: entry["residual_rms"] for entry in values["separated"]}
+    for other in ("planet-1", "planet-2", "planet-4"):
+        assert rms["planet-3"] / rms[other] == pytest.approx(3.0, rel=0.1)
+    assert teeth_of_meshes(result) == {"mesh5_dte_m": 12, "mesh6_dte_m": 12}
+
+
+def test_the_damaged_tooth_of_the_sun_meets_all_planets_alike():
+    result = damaged("sun", 5, 27, *HUNTING, turns=103)
+    values = result.summary
+    assert (values["differing_gear"], values["differing_tooth"]) == ("sun", 5)
+    _, *planets = [entry["residual_rms"] for entry in values["separated"]]
+    assert max(planets) < 1.3 * min(planets)  # 0.2 turns more have one planet twice
+    meshes = {f"mesh{number}_dte_m": 5 for number in (1, 3, 5, 7)}
+    assert teeth_of_meshes(result) == meshes
+
+
+def test_equal_teeth_of_the_sun_at_the_sensor_leave_two_gears_open():
+    """24 and 36 teeth pass a ring of 96 in one sequence."""
+    result = damaged("sun", 7, 24, turns=12)
+    assert result.summary["differing_gear"] is None
+    assert "not sure whether sun at tooth 7 or planet-" in str(list(result.page()))
+
+
+def test_too_few_turns_are_said():
+    result = damaged("planet-3", 12, 31, *HUNTING, turns=10)
+    assert result.summary["differing_gear"] is None
+    entries = {entry["gear"]: entry for entry in result.summary["separated"]}
+    assert entries["planet-2"]["carrier_turns_needed"] == 31
+    assert entries["planet-2"]["windows"] is entries["planet-2"]["tooth"] is None
+    assert "planet-2" not in set(result.more_tables["separated"]["gear"])
+
+
+def test_teeth_that_are_alike_have_no_separated_residual():
+    result = fegear.run(study_of(gear_name="sun", turns=12))
+    for entry in result.summary["separated"]:
+        assert entry["tooth"] is None
+        assert entry["residual_rms"] < 1e-9 * 900.0
+    table = result.more_tables["separated"]
+    assert list(dict.fromkeys(table["gear"])) == [
+        *("sun", "planet-1", "planet-2", "planet-3")
+    ]
+    assert np.bincount(table["tooth"])[1:25].tolist() == [64 * 4] * 24
+
+
+def test_a_ramp_has_the_sensor_over_the_turns_of_the_carrier():
+    """Planets pass at the same angles whatever the speed; forces are nearly alike."""
+    settings = QUICK | {"samples": 64}
+    ramp = fegear.run(study_of(speed=(300.0, 600.0), seconds=0.5, **settings))
+    slow = fegear.run(study_of(speed=300.0, turns=2, **settings))
+    passing, constant = (
+        result.average.amplitude[3, sensor_of(result)] for result in (ramp, slow)
+    )
+    assert passing == pytest.approx(constant, rel=1e-3)
