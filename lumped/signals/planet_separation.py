@@ -162,6 +162,30 @@ def separated_average(
     return SeparatedAverage(sums / weights, windows, width)
 
 
+def with_equal_loads(signal: ArrayLike, samples: int, sensor: RingSensor) -> Array:
+    """Signal as if the mean forces of all planets were alike.
+
+    An average over teeth of the sun has windows of all planets, and would have steps
+    where their loads differ. Means are those of least squares through the windows of
+    the sensor. Where the sun brings the same teeth to the same planets, what its teeth
+    change slowly over its turn is taken for such means.
+
+    Parameters
+    ----------
+    signal, samples, sensor
+        As in `separated_average`.
+
+    Returns
+    -------
+    (k,) array
+        Signal.
+    """
+    values = np.asarray(signal, float)
+    felt = sensor.weights(np.arange(len(values)) / samples)
+    means, *_ = np.linalg.lstsq(felt, values)
+    return np.asarray(values - felt @ (means - means.mean()))
+
+
 def tooth_of_meshes(
     residual: Array, engagements: Sequence[Engagement]
 ) -> tuple[int, float]:

@@ -30,6 +30,7 @@ from lumped.signals.planet_separation import (
     separated_average,
     sun_gear,
     tooth_of_meshes,
+    with_equal_loads,
 )
 from lumped.signals.ring_sensor import FORCE, RingSensor
 from lumped.train.train import Train
@@ -38,6 +39,7 @@ from lumped.train.train import Train
 # other, one of the sun has its turn with all planets alike. Where teeth of the sun come
 # to the sensor with the same planets, both leave open which it is.
 MIN_PLANETS, MIN_PLANET_RATIO, MAX_SUN_RATIO = 3, 1.5, 0.6
+MIN_KURTOSIS = 4.0  # of a residual in which one tooth stands out; noise has 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,6 +103,7 @@ def separated_gears(
     sensor : on the ring; signal : (k,) of it at equal angles from the start
     samples : in a mesh cycle
     """
+    signal = with_equal_loads(signal, samples, sensor)
     teeth = [gear.geometry.teeth for gear in gears.gears]
     carrier = require_present(gears.carrier, "carrier")
     sun = carrier.sun
@@ -157,10 +160,13 @@ def differing_gears(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, A
     if len(planets) < MIN_PLANETS or any(e["tooth"] is None for e in entries):
         return []
     *_, second, first = sorted(planets, key=lambda entry: entry["residual_rms"])
+    named = [sun, first]
     if first["residual_rms"] < MIN_PLANET_RATIO * second["residual_rms"]:
-        return [sun]
-    is_planet = sun["residual_rms"] < MAX_SUN_RATIO * first["residual_rms"]
-    return [first] if is_planet else [sun, first]
+        named = [sun]
+    elif sun["residual_rms"] < MAX_SUN_RATIO * first["residual_rms"]:
+        named = [first]
+    is_sharp = all(entry["residual_kurtosis"] > MIN_KURTOSIS for entry in named)
+    return named if is_sharp else []
 
 
 SEPARATED_COLUMNS: Columns = {

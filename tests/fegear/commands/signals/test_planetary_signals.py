@@ -245,3 +245,12 @@ def test_a_ramp_has_the_sensor_over_the_turns_of_the_carrier():
         result.average.amplitude[3, sensor_of(result)] for result in (ramp, slow)
     )
     assert passing == pytest.approx(constant, rel=1e-3)
+
+
+def test_noise_names_no_tooth_of_teeth_that_are_alike():
+    edits = (*HUNTING, "planetary.1.planets=4")
+    settings = QUICK | {"gear_name": "sun", "turns": 103, "noise_percent": 10.0}
+    result = fegear.run(study_of(*edits, **settings))
+    assert result.summary["differing_gear"] is None
+    for entry in result.summary["separated"]:
+        assert entry["residual_kurtosis"] == pytest.approx(3.0, abs=0.5)
