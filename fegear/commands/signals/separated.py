@@ -39,7 +39,7 @@ from lumped.train.train import Train
 # other, one of the sun has its turn with all planets alike. Where teeth of the sun come
 # to the sensor with the same planets, both leave open which it is.
 MIN_PLANETS, MIN_PLANET_RATIO, MAX_SUN_RATIO = 3, 1.5, 0.6
-MIN_KURTOSIS = 4.0  # of a residual in which one tooth stands out; noise has 3
+MIN_KURTOSIS = 5.0  # of a residual in which one tooth stands out; noise has 3 to 4
 
 
 @dataclass(frozen=True, eq=False)

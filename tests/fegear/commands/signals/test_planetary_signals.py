@@ -253,4 +253,4 @@ def test_noise_names_no_tooth_of_teeth_that_are_alike():
     result = fegear.run(study_of(*edits, **settings))
     assert result.summary["differing_gear"] is None
     for entry in result.summary["separated"]:
-        assert entry["residual_kurtosis"] == pytest.approx(3.0, abs=0.5)
+        assert 2.5 < entry["residual_kurtosis"] < 4.0  # windows differ in their number
