@@ -21,6 +21,7 @@ from fegear.commands.signals.entries import (
 from fegear.commands.signals.separated import (
     SeparatedGear,
     differing_gears,
+    naming_sentence,
     separated_rows,
     separated_table,
 )
@@ -36,7 +37,7 @@ from lumped.figures.turn_averages import draw_turn_averages
 from lumped.signals.averages import TurnAverage
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import OrderMap
-from lumped.signals.ring_sensor import RingSensor
+from lumped.signals.ring_sensor import FORCE, RingSensor
 from lumped.signals.sampling import TurningGear
 from lumped.steady.ramps import SpeedRamp
 
@@ -207,7 +208,7 @@ class SignalsResult(StudyResult):
             "orders": self._orders_table,
         }
         if self.sensor is not None:
-            rows = separated_rows(self.separated)
+            rows = separated_rows({FORCE: self.separated})
             tables["separated"] = Table.of(rows, self._header)
         return tables
 
@@ -281,12 +282,9 @@ class SignalsResult(StudyResult):
             f"ring; the sensor at {values['sensor_deg']:g} deg of the ring feels each "
             f"planet's force in a window of {values['sensor_window_deg']:.4g} deg"
         )
-        yield separated_table(values["separated"])
-        teeth = [f"{e['gear']} at tooth {e['tooth']}" for e in self._differing_gears]
-        if len(teeth) == 1:
-            yield f"sensor on the ring: {teeth[0]} differs most"
-        elif teeth:
-            yield f"sensor on the ring: not sure whether {' or '.join(teeth)} differs"
+        yield separated_table(values["separated"], FORCE)
+        if self._differing_gears:
+            yield naming_sentence(self._differing_gears, FORCE)
 
     def page(self) -> Page:
         values = self.summary

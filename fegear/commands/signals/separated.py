@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from fegear.commands.signals.entries import label_with_unit, scaled_label
 from fegear.gearset.model import GearSet
 from fegear.studies.page import Columns, RowTable, cell
 from fegear.studies.table import finite_or_none
@@ -32,7 +33,7 @@ from lumped.signals.planet_separation import (
     tooth_of_meshes,
     with_equal_loads,
 )
-from lumped.signals.ring_sensor import FORCE, RingSensor
+from lumped.signals.ring_sensor import RingSensor
 from lumped.train.train import Train
 
 # A tooth of one of N planets changes its force by N - 1 times as much as that of each
@@ -125,17 +126,21 @@ def separated_gears(
         )
 
 
-def separated_rows(separated: Sequence[SeparatedGear]) -> dict[str, Any]:
-    """Columns of the averages, a row for every angle of every gear."""
-    averaged = [(gear, gear.average) for gear in separated]
-    parts = [(gear, average) for gear, average in averaged if average is not None]
+def separated_rows(signals: Mapping[str, Sequence[SeparatedGear]]) -> dict[str, Any]:
+    """Columns of the averages, a row for every angle of every gear.
+
+    signals : averages of the same gears, by names of the signals
+    """
+    gears = [gear for gear in next(iter(signals.values())) if gear.average is not None]
     columns: dict[str, list[Array]] = {
-        "gear": [np.full(gear.tooth.size, gear.name) for gear, _ in parts],
-        "angle_deg": [_angles(gear.tooth.size) for gear, _ in parts],
-        "tooth": [gear.tooth for gear, _ in parts],
-        FORCE: [average.values[:, 0] for _, average in parts],
-        f"residual_{FORCE}": [average.residual[:, 0] for _, average in parts],
+        "gear": [np.full(gear.tooth.size, gear.name) for gear in gears],
+        "angle_deg": [_angles(gear.tooth.size) for gear in gears],
+        "tooth": [gear.tooth for gear in gears],
     }
+    for name, separated in signals.items():
+        averages = [gear.average for gear in separated if gear.average is not None]
+        columns[name] = [average.values[:, 0] for average in averages]
+        columns[f"residual_{name}"] = [one.residual[:, 0] for one in averages]
     return {
         name: np.concatenate(arrays) if arrays else np.empty(0)
         for name, arrays in columns.items()
@@ -146,9 +151,21 @@ def _angles(points: int) -> Array:
     return np.asarray(360.0 * np.arange(points) / points)
 
 
-def separated_table(entries: Sequence[Mapping[str, Any]]) -> RowTable:
-    """Indicators of the averages by teeth."""
-    return RowTable(entries, SEPARATED_COLUMNS, "sensor on the ring, by passing teeth")
+def separated_table(entries: Sequence[Mapping[str, Any]], name: str) -> RowTable:
+    """Indicators of the averages by teeth of a signal, by its name."""
+    title = f"{label_with_unit(name)}, by teeth that pass the sensor"
+    return RowTable(entries, SEPARATED_COLUMNS, title)
+
+
+def naming_sentence(gears: Sequence[Mapping[str, Any]], name: str) -> str:
+    """Which gear differs by a signal, or between which it is not sure.
+
+    gears : their entries, see `differing_gears`
+    """
+    teeth = [f"{entry['gear']} at tooth {entry['tooth']}" for entry in gears]
+    if len(teeth) == 1:
+        return f"{scaled_label(name)}: {teeth[0]} differs most"
+    return f"{scaled_label(name)}: not sure whether {' or '.join(teeth)} differs"
 
 
 def differing_gears(entries: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
@@ -173,8 +190,8 @@ SEPARATED_COLUMNS: Columns = {
     "gear": lambda row: row["gear"],
     "turns of carrier\nneeded": lambda row: str(row["carrier_turns_needed"]),
     "windows": lambda row: str(row["windows"] or "too few"),
-    "RMS of\nresidual [N]": cell("residual_rms", 3, none="none"),
-    "largest\n[N]": cell("residual_peak", 3, none="none"),
+    "RMS of\nresidual": cell("residual_rms", 3, none="none"),
+    "largest": cell("residual_peak", 3, none="none"),
     "kurtosis of\nresidual": cell("residual_kurtosis", 3, none="none"),
     "FM4": cell("fm4", 3, none="none"),
 }
