@@ -175,23 +175,24 @@ class MeasuredProblem(Problem):
             notes=self.notes,
             warnings=tuple(self._warnings(shown)),
             sensor=self.sensor,
-            separated=self._separated(signals, shown),
+            separated=self._separated(),
         )
 
-    def _separated(
-        self, signals: SignalsOverAngle, gear: TurningGear
-    ) -> dict[str, tuple[SeparatedGear, ...]]:
+    def _separated(self) -> dict[str, tuple[SeparatedGear, ...]]:
         """Averages of each channel over the teeth that pass the sensor on the ring.
 
-        signals : over the turns of a gear
+        None of a recording that is shorter than a turn of the carrier against the ring.
         """
-        if self.sensor is None:
+        sensor = self.sensor
+        if sensor is None:
             return {}
-        train, samples = train_of(self.gears, 0.0), signals.points // gear.teeth
+        ring = next(gear for gear in self.turning if gear.index == sensor.passes.ring)
+        if self.rotation.rotation.total * float(self._ratio(ring)) < 1.0:
+            return {}
+        signals, train = self._over_angle(ring), train_of(self.gears, 0.0)
+        samples = signals.points // ring.teeth
         return {
-            name: tuple(
-                separated_gears(self.gears, train, self.sensor, values, samples)
-            )
+            name: tuple(separated_gears(self.gears, train, sensor, values, samples))
             for name, values in zip(self.names, signals.values.T, strict=True)
         }
 

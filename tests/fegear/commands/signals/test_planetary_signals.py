@@ -254,3 +254,64 @@ def test_noise_names_no_tooth_of_teeth_that_are_alike():
     assert result.summary["differing_gear"] is None
     for entry in result.summary["separated"]:
         assert 2.5 < entry["residual_kurtosis"] < 4.0  # windows differ in their number
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    """Signals of four planets, one damaged, over 31 turns of the carrier."""
+    errors = [2.0 * (tooth == 12) for tooth in range(1, 32)]
+    edits = (*HUNTING, "planetary.1.planets=4")
+    fault = f"gear.planet-3.pitch_errors_um={errors}"
+    return fegear.run(study_of(*edits, fault, **QUICK | {"turns": 31}))
+
+
+def measured(path, gear_name, **settings):
+    """The sensor's recording on a set without the fault."""
+    edits = (*WAVES, *HUNTING, "planetary.1.planets=4")
+    gear_set = GearSetRef(name="planetary-24-36-96", edits=edits)
+    defaults = {"measured": str(path), "computed": False, "samples": 32}
+    defaults |= {"channels": ("acc",), "gear_name": gear_name}
+    return fegear.run(fegear.Signals(gear_set=gear_set, **defaults | settings))
+
+
+def recording(recorded, folder, rpm):
+    """File with the force of the sensor and the speed of a shaft [rpm]."""
+    path = folder / "rec.csv"
+    columns = recorded.time, recorded.values[:, sensor_of(recorded)]
+    rows = np.stack([*columns, np.full(recorded.time.size, rpm)], axis=1)
+    header = "time_s,acc,rpm"
+    np.savetxt(path, rows, delimiter=",", header=header, comments="", fmt="%.12g")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("gear", "cycles_per_turn"), [("sun", 27 * 89 / 116), ("carrier", 89.0)]
+)
+def test_a_recording_names_the_damaged_planet(
+    recorded, tmp_path, gear, cycles_per_turn
+):
+    """The speed measured is that in space: of the sun 116 / 89 of that of its turns."""
+    path = recording(recorded, tmp_path, 60.0 * 900.0 / cycles_per_turn)
+    result = measured(path, gear, speed_channel="rpm")
+    entries = {entry["gear"]: entry for entry in result.summary["separated"]}
+    expected = {entry["gear"]: entry for entry in recorded.summary["separated"]}
+    for name in ("planet-1", "planet-3"):
+        rms = expected[name]["residual_rms"]
+        assert entries[name]["residual_rms"] == pytest.approx(rms, rel=0.01)
+    assert entries["planet-3"]["tooth"] == 12
+    assert "acc: planet-3 at tooth 12 differs most" in str(list(result.page()))
+    teeth = {"sun": 27, "carrier": 89}[gear]
+    speed = result.summary["gear_speed_rpm"]
+    assert speed == pytest.approx(60.0 * 900.0 / teeth)
+    assert set(result.more_tables["separated"]["gear"]) >= {"planet-1", "planet-4"}
+
+
+def test_a_recording_at_constant_speed_has_the_average_of_the_carrier(
+    recorded, tmp_path
+):
+    path = recording(recorded, tmp_path, 1.0)
+    result = measured(path, "carrier", speed=900.0)
+    average = result.gear_averages.average.values[:, 0]
+    expected = recorded.average.values[:, sensor_of(recorded)]
+    error = np.abs(average - expected).max()
+    assert error < 1e-6 * np.abs(expected).max()
