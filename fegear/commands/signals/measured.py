@@ -179,21 +179,20 @@ class MeasuredProblem(Problem):
         )
 
     def _separated(self) -> dict[str, tuple[SeparatedGear, ...]]:
-        """Averages of each channel over the teeth that pass the sensor on the ring.
-
-        None of a recording that is shorter than a turn of the carrier against the ring.
-        """
+        """Averages of each channel over the teeth that pass the sensor on the ring."""
         sensor = self.sensor
         if sensor is None:
             return {}
         ring = next(gear for gear in self.turning if gear.index == sensor.passes.ring)
-        if self.rotation.rotation.total * float(self._ratio(ring)) < 1.0:
-            return {}
-        signals, train = self._over_angle(ring), train_of(self.gears, 0.0)
-        samples = signals.points // ring.teeth
+        # of a recording that is shorter than a turn of the carrier nothing is averaged
+        samples, values = int(self.study.samples), np.empty((0, len(self.names)))
+        if self.rotation.rotation.total * float(self._ratio(ring)) >= 1.0:
+            signals = self._over_angle(ring)
+            samples, values = signals.points // ring.teeth, signals.values
+        train = train_of(self.gears, 0.0)
         return {
-            name: tuple(separated_gears(self.gears, train, sensor, values, samples))
-            for name, values in zip(self.names, signals.values.T, strict=True)
+            name: tuple(separated_gears(self.gears, train, sensor, channel, samples))
+            for name, channel in zip(self.names, values.T, strict=True)
         }
 
     def _ratio(self, gear: TurningGear) -> Fraction:

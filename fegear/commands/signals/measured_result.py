@@ -22,6 +22,7 @@ from fegear.commands.signals.result import SignalsResult
 from fegear.commands.signals.separated import (
     SeparatedGear,
     differing_gears,
+    draw_separated,
     naming_sentence,
     separated_rows,
     separated_table,
@@ -219,7 +220,16 @@ class MeasuredResult(StudyResult):
     @property
     def figures(self) -> dict[str, Draw]:
         """Averages and spectra beside those of computed signals, and order maps."""
-        return {"plot": self._draw_averages, "order_map": self._draw_order_map}
+        pictures = {"plot": self._draw_averages, "order_map": self._draw_order_map}
+        if self.separated:
+            pictures["separated_plot"] = self._draw_separated
+        return pictures
+
+    def _draw_separated(self) -> Any:
+        """Averages of the first channel over the teeth that pass the sensor."""
+        name, separated = next(iter(self.separated.items()))
+        title = f"{label_with_unit(name)}, by teeth that pass the sensor"
+        return draw_separated(separated, name, f"{self._title}\n{title}")
 
     def _draw_averages(self) -> Any:
         one, computed = self.gear_averages, self.computed

@@ -21,6 +21,7 @@ from fegear.commands.signals.entries import (
 from fegear.commands.signals.separated import (
     SeparatedGear,
     differing_gears,
+    draw_separated,
     naming_sentence,
     separated_rows,
     separated_table,
@@ -238,7 +239,14 @@ class SignalsResult(StudyResult):
         pictures = {"plot": self._draw_averages}
         if self.study.is_ramp:
             pictures["order_map"] = self._draw_order_map
+        if self.sensor is not None:
+            pictures["separated_plot"] = self._draw_separated
         return pictures
+
+    def _draw_separated(self) -> Any:
+        """Averages of the sensor on the ring over the teeth of each gear."""
+        title = f"{label_with_unit(FORCE)}, by teeth that pass it"
+        return draw_separated(self.separated, FORCE, f"{self._title}\n{title}")
 
     def _draw_order_map(self) -> Any:
         """Spectra of the first signals over orders and speed."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fegear.commands.signals.entries import label_with_unit, scaled_label
+from fegear.commands.signals.entries import label_with_unit, scale_of, scaled_label
+from fegear.files.errors import InputError
 from fegear.gearset.model import GearSet
 from fegear.studies.page import Columns, RowTable, cell
 from fegear.studies.table import finite_or_none
@@ -21,6 +22,7 @@ from fegear.studies.trains.turning_gears import (
 )
 from lumped.common.array_types import Array
 from lumped.common.checks import require_present
+from lumped.figures.turn_averages import AverageCurves, draw_averages_of_gears
 from lumped.signals.averages import TurnAverage
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.indicators import difference_indicators
@@ -35,6 +37,9 @@ from lumped.signals.planet_separation import (
 )
 from lumped.signals.ring_sensor import RingSensor
 from lumped.train.train import Train
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 # A tooth of one of N planets changes its force by N - 1 times as much as that of each
 # other, one of the sun has its turn with all planets alike. Where teeth of the sun come
@@ -68,6 +73,24 @@ class SeparatedGear:
             return None
         values, windows = self.separated.values[:, None], self.separated.windows
         return TurnAverage(values, windows, (self.teeth,))
+
+    @property
+    def tooth_axis(self) -> Array:
+        """Teeth (p,) that rise over a turn, whole at the pitch point."""
+        part = np.arange(self.tooth.size) / self.tooth.size
+        return 1.0 + self.engagements[0].first % self.teeth + self.teeth * part
+
+    def curves(self, scale: float, unit: str) -> AverageCurves:
+        """Curves of the average, where there is one, in a unit."""
+        average = require_present(self.average, "average")
+        values = scale * average.values[:, 0]
+        return AverageCurves(
+            name=f"{self.name}\n[{unit}]",
+            average=values - values.mean(),
+            residual=scale * average.residual[:, 0],
+            amplitude=scale * average.amplitude[:, 0],
+            has_residual=bool(average.has_residual[0]),
+        )
 
     @cached_property
     def entry(self) -> dict[str, Any]:
@@ -104,7 +127,9 @@ def separated_gears(
     sensor : on the ring; signal : (k,) of it at equal angles from the start
     samples : in a mesh cycle
     """
-    signal = with_equal_loads(signal, samples, sensor)
+    is_long_enough = len(signal) >= samples * sensor.passes.teeth
+    if is_long_enough:
+        signal = with_equal_loads(signal, samples, sensor)
     teeth = [gear.geometry.teeth for gear in gears.gears]
     carrier = require_present(gears.carrier, "carrier")
     sun = carrier.sun
@@ -120,7 +145,11 @@ def separated_gears(
             name=turning.name,
             teeth=teeth[index],
             turns_needed=member.turns_needed(sensor.passes.teeth),
-            separated=separated_average(signal, samples, sensor, member),
+            separated=(
+                separated_average(signal, samples, sensor, member)
+                if is_long_enough
+                else None
+            ),
             tooth=tooth_at_pitch_point(gears, turning, samples * teeth[index]),
             engagements=tuple(engagement_of(gears, turning, mesh) for mesh in meshes),
         )
@@ -149,6 +178,19 @@ def separated_rows(signals: Mapping[str, Sequence[SeparatedGear]]) -> dict[str, 
 
 def _angles(points: int) -> Array:
     return np.asarray(360.0 * np.arange(points) / points)
+
+
+def draw_separated(separated: Sequence[SeparatedGear], name: str, title: str) -> Figure:
+    """Plot the averages of a signal, by its name, over the teeth of each gear."""
+    gears = [gear for gear in separated if gear.average is not None]
+    if not gears:
+        raise InputError(
+            f"{scaled_label(name)}: windows do not cover a turn of any gear, "
+            "more turns are needed"
+        )
+    scale, unit = scale_of(name)
+    curves = [gear.curves(scale, unit) for gear in gears]
+    return draw_averages_of_gears(curves, [gear.tooth_axis for gear in gears], title)
 
 
 def separated_table(entries: Sequence[Mapping[str, Any]], name: str) -> RowTable:

@@ -71,12 +71,15 @@ class Signals(
     more_tables = MORE_TABLES
     pictures = PLOT | {
         "order_map": f"Draw the spectra over speed and orders {INTO_PICTURE}; with a "
-        "ramp of the speed or a recording."
+        "ramp of the speed or a recording.",
+        "separated_plot": "Draw the averages of the sensor on the ring over the teeth "
+        f"of the sun and of each planet {INTO_PICTURE}; of a planetary set.",
     }
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        if "separated" in outputs and self.gear_set.loaded.carrier is None:
-            yield "separated", "needs a planetary set"
+        for name in ("separated", "separated_plot"):
+            if name in outputs and self.gear_set.loaded.carrier is None:
+                yield name, "needs a planetary set"
         if self.measured is not None:
             return
         if self.is_ramp:

@@ -46,7 +46,7 @@ NEEDS = {
 # see `wrong_inputs`
 NO_ENDING = {
     *("new --output", "rattle manifold --output"),
-    *("signals --order-map", "signals --separated"),
+    *("signals --order-map", "signals --separated", "signals --separated-plot"),
 }
 
 
