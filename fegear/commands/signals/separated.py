@@ -161,7 +161,7 @@ def separated_rows(signals: Mapping[str, Sequence[SeparatedGear]]) -> dict[str, 
     signals : averages of the same gears, by names of the signals
     """
     gears = [gear for gear in next(iter(signals.values())) if gear.average is not None]
-    columns: dict[str, list[Array]] = {
+    columns: dict[str, list[NDArray[Any]]] = {
         "gear": [np.full(gear.tooth.size, gear.name) for gear in gears],
         "angle_deg": [_angles(gear.tooth.size) for gear in gears],
         "tooth": [gear.tooth for gear in gears],
