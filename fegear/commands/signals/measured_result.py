@@ -24,6 +24,7 @@ from fegear.commands.signals.separated import (
     differing_gears,
     draw_separated,
     naming_sentence,
+    sensor_sentence,
     separated_rows,
     separated_table,
 )
@@ -284,6 +285,8 @@ class MeasuredResult(StudyResult):
             yield with_code("E33", f"{line} on both sides")
         yield averages_table(one.entries, "measured: averages over a turn")
         yield indicators_table(one.entries, "measured: indicators of damage")
+        if self.sensor is not None:
+            yield sensor_sentence(self.summary)
         for name, entries in self._separated_entries.items():
             yield separated_table(entries, name)
             if gears := differing_gears(entries):

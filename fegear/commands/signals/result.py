@@ -23,6 +23,7 @@ from fegear.commands.signals.separated import (
     differing_gears,
     draw_separated,
     naming_sentence,
+    sensor_sentence,
     separated_rows,
     separated_table,
 )
@@ -285,11 +286,7 @@ class SignalsResult(StudyResult):
 
     def _sensor_lines(self, values: Mapping[str, Any]) -> Page:
         """Lines on a planetary set: its turns, and teeth that pass the sensor."""
-        yield (
-            "turns of gears are against the carrier, those of the carrier against the "
-            f"ring; the sensor at {values['sensor_deg']:g} deg of the ring feels each "
-            f"planet's force in a window of {values['sensor_window_deg']:.4g} deg"
-        )
+        yield sensor_sentence(values)
         yield separated_table(values["separated"], FORCE)
         if self._differing_gears:
             yield naming_sentence(self._differing_gears, FORCE)

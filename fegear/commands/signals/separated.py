@@ -193,6 +193,15 @@ def draw_separated(separated: Sequence[SeparatedGear], name: str, title: str) ->
     return draw_averages_of_gears(curves, [gear.tooth_axis for gear in gears], title)
 
 
+def sensor_sentence(summary: Mapping[str, Any]) -> str:
+    """What turns of a planetary set are, and what its sensor feels."""
+    return (
+        "turns of gears are against the carrier, those of the carrier against the ring;"
+        f" the sensor at {summary['sensor_deg']:g} deg of the ring feels each planet in"
+        f" a window of {summary['sensor_window_deg']:.4g} deg"
+    )
+
+
 def separated_table(entries: Sequence[Mapping[str, Any]], name: str) -> RowTable:
     """Indicators of the averages by teeth of a signal, by its name."""
     title = f"{label_with_unit(name)}, by teeth that pass the sensor"
