@@ -37,10 +37,9 @@ from lumped.common.csv_text import format_exact
 from lumped.figures.order_maps import OrderCurves, draw_order_maps
 from lumped.figures.turn_averages import draw_turn_averages
 from lumped.signals.averages import TurnAverage
-from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import OrderMap
 from lumped.signals.ring_sensor import FORCE, RingSensor
-from lumped.signals.sampling import TurningGear
+from lumped.signals.sampling import SignalEngagements, TurningGear
 from lumped.steady.ramps import SpeedRamp
 
 
@@ -77,7 +76,7 @@ class SignalsResult(StudyResult):
     orders: OrderMap
     na4: Array
     tooth: NDArray[np.int64]
-    engagements: Mapping[str, Engagement]
+    engagements: SignalEngagements
     turns_of_motion: int
     teeth_differ: bool
     sensor: RingSensor | None = None

@@ -32,10 +32,10 @@ from lumped.signals.planet_separation import (
     planet_gear,
     separated_average,
     sun_gear,
-    tooth_of_meshes,
     with_equal_loads,
 )
 from lumped.signals.ring_sensor import RingSensor
+from lumped.signals.shared_teeth import tooth_of_meshes
 from lumped.train.train import Train
 
 if TYPE_CHECKING:

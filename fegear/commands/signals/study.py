@@ -63,7 +63,8 @@ class Signals(
     Transmission errors, deviations of angular speeds and bearing forces, averaged over
     the turns of a gear: sidebands of the mesh, and the tooth that differs from others.
     At constant speed, or through a ramp of the speed with order tracking. A recording
-    of a measurement is averaged alike, and shown beside signals at its mean speed.
+    of a measurement is averaged alike, and shown beside signals at its mean speed. A
+    sensor on the ring of a planetary set tells which planet is damaged.
     """
 
     endings = (*TABLES, HDF5)

@@ -287,7 +287,7 @@ class SampledProblem(OneSpeedProblem):
         return tooth_at_pitch_point(self.gears, self.turning, self.sampling.points)
 
     @property
-    def engagements(self) -> dict[str, Engagement]:
+    def engagements(self) -> dict[str, tuple[Engagement, ...]]:
         """Contact of the gear's teeth by signals, see `engagements_of`."""
         names = signal_names(self.system)
         return engagements_of(self.gears, self.turning, names)

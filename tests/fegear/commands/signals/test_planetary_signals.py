@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from itertools import permutations
 
 import numpy as np
 import pytest
@@ -256,6 +257,22 @@ def test_noise_names_no_tooth_of_teeth_that_are_alike():
         assert 2.5 < entry["residual_kurtosis"] < 4.0  # windows differ in their number
 
 
+ROLES = ("sun", "carrier", "ring")
+
+
+@pytest.mark.parametrize("roles", list(permutations(ROLES)), ids="-".join)
+def test_the_damaged_planet_whatever_member_is_held(roles):
+    """Senses of rotation and drivers of the meshes differ; sensors are anywhere."""
+    keys = zip(("input", "output", "held"), roles, strict=True)
+    edits = [f"planetary.1.{key}={member}" for key, member in keys]
+    edits.append(f"load.gear={roles[0]}")
+    settings = {"turns": 89, "sensor_deg": -77.0}
+    result = damaged("planet-2", 5, 31, *HUNTING, *edits, **settings)
+    values = result.summary
+    assert (values["differing_gear"], values["differing_tooth"]) == ("planet-2", 5)
+    assert teeth_of_meshes(result) == {"mesh3_dte_m": 5, "mesh4_dte_m": 5}
+
+
 @pytest.fixture(scope="module")
 def recorded():
     """Signals of four planets, one damaged, over 31 turns of the carrier."""
@@ -315,3 +332,21 @@ def test_a_recording_at_constant_speed_has_the_average_of_the_carrier(
     expected = recorded.average.values[:, sensor_of(recorded)]
     error = np.abs(average - expected).max()
     assert error < 1e-6 * np.abs(expected).max()
+
+
+def test_a_picture_has_the_meshes_of_the_gear_and_the_sensor():
+    result = damaged("planet-3", 12, 36, turns=8)
+    averages = result.averages
+    assert [averages.names[c] for c in averages.shown] == [
+        *("mesh5_dte_m", "mesh6_dte_m", "planet-3_speed_deviation_rad_per_s"),
+        "ring_sensor_force_N",
+    ]
+    figure = result.figures["separated_plot"]()
+    labels = [axes.get_ylabel() for axes in figure.axes[::2]]
+    gears = "sun", "planet-1", "planet-2", "planet-3", "planet-4"
+    assert labels == [f"{gear}\n[N]" for gear in gears]
+    residuals = [axes.get_ylim() for axes in figure.axes[1::2]]
+    assert len(set(residuals)) == 1
+    assert residuals[0][1] > max(
+        e["residual_peak"] for e in result.summary["separated"]
+    )
