@@ -21,7 +21,7 @@ from lumped.signals.faulty_tooth import Engagement, faulty_tooth
 from lumped.signals.orders import pulse_times, resample_at, times_at_angles
 from lumped.signals.ring_sensor import RingSensor
 from lumped.signals.sensors import signals_of_pieces, with_noise
-from lumped.signals.shared_teeth import tooth_of_meshes
+from lumped.signals.shared_teeth import OTHER_MESH_WEIGHT, tooth_of_meshes
 from lumped.steady.integration_settings import Settings
 from lumped.steady.ramps import SpeedRamp
 from lumped.steady.response import Response
@@ -210,10 +210,10 @@ def residual_indicators(
     """Indicators (c,) of the residuals of averages by name.
 
     names : of the signals, with their units
-    engagements : of the teeth, in one mesh or several, by signals that tell of one
-        tooth; `tooth` is the one that differs most while it is in contact, `tooth_rms`
-        its root mean square; NaN of other signals, the tooth also where the residual is
-        round-off
+    engagements : of the teeth, in the mesh of the signal and others, by signals that
+        tell of one tooth; `tooth` is the one that differs most while it is in contact,
+        `tooth_rms` its root mean square; NaN of other signals, the tooth also where the
+        residual is round-off
     """
     squares = average.residual**2
     is_rate = np.array([name.endswith(RATE_UNITS) for name in names])
@@ -228,7 +228,9 @@ def residual_indicators(
             )
         else:
             for c in chosen:
-                tooth[c], tooth_rms[c] = tooth_of_meshes(average.residual[:, c], meshes)
+                tooth[c], tooth_rms[c] = tooth_of_meshes(
+                    average.residual[:, c], meshes, OTHER_MESH_WEIGHT
+                )
     return {
         "residual_rms": np.sqrt(squares.mean(axis=0)),
         "residual_peak": average.peak,

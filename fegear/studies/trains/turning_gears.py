@@ -72,8 +72,11 @@ def engagements_of(
     contacts = tuple(engagement_of(gears, turning, mesh) for mesh in meshes)
     is_planet = turning.index in gears.carrier.planets
     by_mesh = {
-        dte_name(mesh): contacts if is_planet else (contact,)
-        for mesh, contact in zip(meshes, contacts, strict=True)
+        # the mesh itself first
+        dte_name(mesh): (contacts[n], *contacts[n + 1 :], *contacts[:n])
+        if is_planet
+        else (contacts[n],)
+        for n, mesh in enumerate(meshes)
     }
     return {name: by_mesh[name] for name in names if name in by_mesh}
 
