@@ -199,6 +199,16 @@ def test_the_damaged_planet_of_four_and_its_tooth(edits, teeth, turns, error):
     assert teeth_of_meshes(result) == {"mesh5_dte_m": 12, "mesh6_dte_m": 12}
 
 
+@pytest.mark.parametrize("error", [1.0, -2.0])
+def test_the_tooth_of_a_planet_among_members_on_bearings(error):
+    """A fault shows in the mesh that it is in, half a turn later in the other."""
+    settings = {"turns": 89, "model": MOVING}
+    result = damaged("planet-4", 5, 31, *HUNTING, error=error, **settings)
+    assert teeth_of_meshes(result) == {"mesh7_dte_m": 5, "mesh8_dte_m": 5}
+    assert result.summary["differing_gear"] == "planet-4"
+    assert result.summary["differing_tooth"] == 5
+
+
 def test_the_damaged_tooth_of_the_sun_meets_all_planets_alike():
     result = damaged("sun", 5, 27, *HUNTING, turns=103)
     values = result.summary
