@@ -100,6 +100,34 @@ def draw_measured_averages(
     return figure
 
 
+def draw_averages_of_gears(
+    curves: Sequence[AverageCurves], tooth: Sequence[Array], title: str
+) -> Figure:
+    """Plot average and residual of one signal over the turns of several gears.
+
+    Residuals have one scale.
+
+    curves : of each gear, named after it
+    tooth : (p,) of each gear as in `draw_turn_averages`
+    """
+    rows = len(curves)
+    figure, axes_grid = panels(rows, 2, size=(11.0, 1.2 + 1.9 * rows))
+    for (average, residual), one, axis in zip(axes_grid, curves, tooth, strict=True):
+        _draw_over_turn(average, residual, one, axis)
+        for axes in (average, residual):
+            axes.set_xlim(axis[0], 2.0 * axis[-1] - axis[-2])
+    largest = max(residual.get_ylim()[1] for _, residual in axes_grid)
+    for _, residual in axes_grid:
+        residual.set_ylim(-largest, largest)
+    headings = "average over the teeth, without mean", "residual"
+    for axes, heading in zip(axes_grid[0], headings, strict=True):
+        axes.set_title(heading, fontsize=10)
+    for axes in axes_grid[-1]:
+        axes.set_xlabel("tooth at the pitch point")
+    draw_title(figure, title)
+    return figure
+
+
 def _draw_over_turn(
     average: Axes, residual: Axes, curves: AverageCurves, tooth: Array
 ) -> None:

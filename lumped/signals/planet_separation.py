@@ -20,14 +20,12 @@ no other planet is felt within the windows.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from lumped.common.array_types import Array
-from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.ring_sensor import RingSensor, hann_window
 
 MIN_TEETH = 1.0  # between neighbouring windows
@@ -162,27 +160,28 @@ def separated_average(
     return SeparatedAverage(sums / weights, windows, width)
 
 
-def tooth_of_meshes(
-    residual: Array, engagements: Sequence[Engagement]
-) -> tuple[int, float]:
-    """Tooth that differs most in all meshes of its gear, from 1, and its RMS there.
+def with_equal_loads(signal: ArrayLike, samples: int, sensor: RingSensor) -> Array:
+    """Signal as if the mean forces of all planets were alike.
 
-    Forces at both meshes of a planet are nearly equal, so that a fault in either is
-    felt in both: of all teeth the faulty one is in contact at all times of its effect.
+    An average over teeth of the sun has windows of all planets, and would have steps
+    where their loads differ. Means are those of least squares through the windows of
+    the sensor. Where the sun brings the same teeth to the same planets, what its teeth
+    change slowly over its turn is taken for such means.
 
     Parameters
     ----------
-    residual : (p,) array
-        Residual of an average over a turn of the gear.
-    engagements : sequence of Engagement
-        Contact of the gear's teeth in its meshes.
+    signal, samples, sensor
+        As in `separated_average`.
+
+    Returns
+    -------
+    (k,) array
+        Signal.
     """
-    squares = np.zeros(engagements[0].teeth.size)
-    for engagement in engagements:
-        by_place = engagement.mean_squares(residual[:, None])[:, 0]
-        squares[engagement.teeth - 1] += by_place / len(engagements)
-    index = int(squares.argmax())
-    return 1 + index, math.sqrt(squares[index])
+    values = np.asarray(signal, float)
+    felt = sensor.weights(np.arange(len(values)) / samples)
+    means, *_ = np.linalg.lstsq(felt, values)
+    return np.asarray(values - felt @ (means - means.mean()))
 
 
 def _pass_cycles(sensor: RingSensor, planet: int, end: float) -> Array:

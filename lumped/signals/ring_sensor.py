@@ -28,7 +28,7 @@ from lumped.train.system import LumpedSystem
 from lumped.train.train import Train
 
 AT_REST = 1e-9  # of the transmission errors, below which the ring does not translate
-FORCE, ACCELERATION = "ring_sensor_N", "ring_sensor_m_per_s2"
+FORCE, ACCELERATION = "ring_sensor_force_N", "ring_sensor_acceleration_m_per_s2"
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -21,6 +21,7 @@ from lumped.signals.faulty_tooth import Engagement, faulty_tooth
 from lumped.signals.orders import pulse_times, resample_at, times_at_angles
 from lumped.signals.ring_sensor import RingSensor
 from lumped.signals.sensors import signals_of_pieces, with_noise
+from lumped.signals.shared_teeth import OTHER_MESH_WEIGHT, tooth_of_meshes
 from lumped.steady.integration_settings import Settings
 from lumped.steady.ramps import SpeedRamp
 from lumped.steady.response import Response
@@ -29,6 +30,7 @@ from lumped.steady.steppers import stepper_of, steps_per_period
 from lumped.train.system import LumpedSystem
 
 TURN_RTOL = 1e-9  # by which a turn may be short
+SignalEngagements = Mapping[str, tuple[Engagement, ...]]
 RATE_UNITS = "_rad_per_s", "_m_per_s"  # at the ends of names
 
 
@@ -203,24 +205,32 @@ def _pieces(
 
 
 def residual_indicators(
-    average: TurnAverage, names: Sequence[str], engagements: Mapping[str, Engagement]
+    average: TurnAverage, names: Sequence[str], engagements: SignalEngagements
 ) -> Mapping[str, Array]:
     """Indicators (c,) of the residuals of averages by name.
 
     names : of the signals, with their units
-    engagements : of the teeth by signals that tell of one tooth; `tooth` is the one
-        that differs most while it is in contact, `tooth_rms` its root mean square; NaN
-        of other signals, the tooth also where the residual is round-off
+    engagements : of the teeth, in the mesh of the signal and others, by signals that
+        tell of one tooth; `tooth` is the one that differs most while it is in contact,
+        `tooth_rms` its root mean square; NaN of other signals, the tooth also where the
+        residual is round-off
     """
     squares = average.residual**2
     is_rate = np.array([name.endswith(RATE_UNITS) for name in names])
     tooth, tooth_rms = np.full((2, len(names)), np.nan)
     # one call for all signals of an engagement
-    for engagement in {id(e): e for e in engagements.values()}.values():
-        chosen = np.array([engagements.get(name) is engagement for name in names])
-        tooth[chosen], tooth_rms[chosen] = faulty_tooth(
-            average.residual[:, chosen], is_rate[chosen], engagement
-        )
+    for meshes in {id(e): e for e in engagements.values()}.values():
+        chosen = [c for c, n in enumerate(names) if engagements.get(n) is meshes]
+        residual = average.residual[:, chosen]
+        if len(meshes) == 1:
+            tooth[chosen], tooth_rms[chosen] = faulty_tooth(
+                residual, is_rate[chosen], meshes[0]
+            )
+        else:
+            for c in chosen:
+                tooth[c], tooth_rms[c] = tooth_of_meshes(
+                    average.residual[:, c], meshes, OTHER_MESH_WEIGHT
+                )
     return {
         "residual_rms": np.sqrt(squares.mean(axis=0)),
         "residual_peak": average.peak,

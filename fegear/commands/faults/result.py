@@ -101,7 +101,9 @@ class FaultSignalsResult(StudyResult):
                 value = float(pick.reduce(indicators[key][:, c]))
                 ranges[f"{end}_{key}"] = finite_or_none(value)
         tooth, has_tooth = self.labels.get("faulty_tooth"), self._has_faulty_tooth
-        named = None if tooth is None else indicators["tooth"][:, c] == tooth
+        named_teeth, named = indicators["tooth"][:, c], None
+        if tooth is not None and not np.isnan(named_teeth).all():
+            named = named_teeth == tooth
         return {
             "signal": name,
             "unit": unit_of_column(name),

@@ -50,8 +50,12 @@ from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
-from lumped.signals.faulty_tooth import Engagement
-from lumped.signals.sampling import Sampling, residual_indicators, sample_signals
+from lumped.signals.sampling import (
+    Sampling,
+    SignalEngagements,
+    residual_indicators,
+    sample_signals,
+)
 from lumped.signals.sensors import signal_names
 from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import Axis
@@ -498,7 +502,7 @@ def evaluate_run(
     sampling: Sampling,
     noise: float,
     seed: int,
-    engagements: Mapping[str, Engagement],
+    engagements: SignalEngagements,
     averages: bool,
 ) -> Arrays:
     """Signals and indicators of a run; its status alone where it does not repeat.

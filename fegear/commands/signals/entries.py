@@ -19,10 +19,9 @@ from fegear.studies.trains.shown_signals import SCALES, SHOWN_SIGNALS, signal_la
 from lumped.common.array_types import Array
 from lumped.figures.turn_averages import AverageCurves
 from lumped.signals.averages import TurnAverage
-from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.indicators import difference_indicators
 from lumped.signals.ring_sensor import FORCE
-from lumped.signals.sampling import TurningGear, residual_indicators
+from lumped.signals.sampling import SignalEngagements, TurningGear, residual_indicators
 
 MAX_HARMONIC = 8.5  # of the gear's mesh, in order maps
 # that are no signals, and that a channel of a recording may be named like
@@ -49,7 +48,7 @@ class GearAverages:
     average: TurnAverage
     na4: Array
     tooth: NDArray[np.int64]
-    engagements: Mapping[str, Engagement]
+    engagements: SignalEngagements
 
     @cached_property
     def indicators(self) -> Mapping[str, Array]:
@@ -153,7 +152,7 @@ class GearAverages:
         if FORCE not in self.names:
             return tuple(indices[:SHOWN_SIGNALS])
         related = [
-            *self.engagements,
+            *list(self.engagements)[:2],
             *(name for name in self.names if name.startswith(f"{self.gear.name}_")),
             *self.names,
         ]

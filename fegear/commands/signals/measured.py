@@ -11,16 +11,23 @@ import numpy as np
 
 from fegear.commands.signals.entries import MAX_HARMONIC, GearAverages
 from fegear.commands.signals.measured_result import MeasuredResult
+from fegear.commands.signals.separated import SeparatedGear, separated_gears
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
 from fegear.files.recordings import Recording, read_recording
 from fegear.gearset.lumped_train import train_of
-from fegear.gearset.model import GearSet
+from fegear.gearset.model import CARRIER, GearSet
+from fegear.gearset.planetary.members import Member
 from fegear.gearset.power_path import input_torques
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import display_name
-from fegear.studies.trains.sampled_signals import SampledProblem, gear_index
+from fegear.studies.trains.sampled_signals import (
+    SampledProblem,
+    gear_index,
+    require_sensor_settings,
+    ring_sensor,
+)
 from fegear.studies.trains.speeds import with_frequencies
 from fegear.studies.trains.turning_gears import (
     engagements_of,
@@ -32,6 +39,7 @@ from lumped.common.array_types import Array
 from lumped.signals.averages import TurnAverage
 from lumped.signals.indicators import band_limited, na4, window_averages
 from lumped.signals.orders import order_map
+from lumped.signals.ring_sensor import RingSensor
 from lumped.signals.rotation import (
     Rotation,
     SignalsOverAngle,
@@ -65,7 +73,9 @@ class MeasuredProblem(Problem):
 
     turning : gears that mesh, by their turns; shown : index among them of the gear
         whose rotation is measured
+    cycles_per_turn : of the first mesh, per turn of the rotation that is measured
     names : of the channels that are averaged
+    sensor : on the ring of a planetary set, None of others
     computed : None where nothing is
     notes : on the recording, in sentences
     """
@@ -76,7 +86,9 @@ class MeasuredProblem(Problem):
     shown: int
     recording: Recording
     rotation: MeasuredRotation
+    cycles_per_turn: Fraction
     names: tuple[str, ...]
+    sensor: RingSensor | None
     computed: SampledProblem | None
     notes: tuple[str, ...]
 
@@ -87,25 +99,28 @@ class MeasuredProblem(Problem):
         computed : class of the problem of computed signals
         """
         gears = study.gear_set.loaded
-        if gears.carrier is not None:
-            raise InputError(f"{gears.name}: planetary sets have no signals here")
+        require_sensor_settings(gears, study)
         index = gear_index(gears, study)
         train = train_of(gears, 0.0)
-        turning = tuple(turning_gear(gears, train, i) for i in meshing_gears(gears))
+        turning = [turning_gear(gears, train, i) for i in meshing_gears(gears)]
         shown = [gear.index for gear in turning].index(index)
+        if study.gear_name:
+            turning[shown] = replace(turning[shown], name=study.gear_name)
+        cycles = _cycles_per_turn(study, gears, turning[shown])
         recording = _recording_of(study)
-        rotation = _rotation_of(study, recording, turning[shown])
-        _require_turn(study, rotation.rotation, turning[shown])
-        beside, notes = _computed_beside(
-            study, computed, turning[shown], rotation.rotation.turn_frequency
-        )
+        rotation = _rotation_of(study, recording, cycles)
+        _require_turn(study, rotation.rotation, turning[shown], cycles)
+        mesh_frequency = float(cycles) * rotation.rotation.turn_frequency
+        beside, notes = _computed_beside(study, computed, mesh_frequency)
         return cls(
             study,
             gears=gears,
-            turning=turning,
+            turning=tuple(turning),
             shown=shown,
             recording=recording,
             rotation=rotation,
+            cycles_per_turn=cycles,
+            sensor=ring_sensor(gears, train, study),
             names=_averaged_channels(study, recording),
             computed=beside,
             notes=(*recording.notes, *notes),
@@ -142,6 +157,7 @@ class MeasuredProblem(Problem):
         turns = len(signals.values) // signals.points
         window = min(int(self.study.window), turns)
         highest = MAX_HARMONIC * shown.teeth
+        ratio, (slowest, fastest) = float(self._ratio(shown)), rotation.speed_range
         return MeasuredResult(
             study=self.study,
             gear_set=self.gears.name,
@@ -149,21 +165,39 @@ class MeasuredProblem(Problem):
             shown=[one.gear.index for one in averages].index(shown.index),
             sampling_rate=self.recording.rate,
             duration=float(self.recording.time[-1] - self.recording.start),
-            turns=rotation.total,
-            mean_speed=rotation.turn_frequency,
-            speed_range=rotation.speed_range,
+            turns=rotation.total * ratio,
+            mean_speed=rotation.turn_frequency * ratio,
+            speed_range=(slowest * ratio, fastest * ratio),
             rotation_source=self.rotation.source,
             repaired_pulses=(pulses.dropped, pulses.doubled) if pulses else None,
             pulse_scatter=pulses.scatter if pulses else None,
             orders=order_map(signals.values, signals.points, window, highest),
             notes=self.notes,
             warnings=tuple(self._warnings(shown)),
+            sensor=self.sensor,
+            separated=self._separated(),
         )
 
+    def _separated(self) -> dict[str, tuple[SeparatedGear, ...]]:
+        """Averages of each channel over the teeth that pass the sensor on the ring."""
+        sensor = self.sensor
+        if sensor is None:
+            return {}
+        ring = next(gear for gear in self.turning if gear.index == sensor.passes.ring)
+        # of a recording that is shorter than a turn of the carrier nothing is averaged
+        samples, values = int(self.study.samples), np.empty((0, len(self.names)))
+        if self.rotation.rotation.total * float(self._ratio(ring)) >= 1.0:
+            signals = self._over_angle(ring)
+            samples, values = signals.points // ring.teeth, signals.values
+        train = train_of(self.gears, 0.0)
+        return {
+            name: tuple(separated_gears(self.gears, train, sensor, channel, samples))
+            for name, channel in zip(self.names, values.T, strict=True)
+        }
+
     def _ratio(self, gear: TurningGear) -> Fraction:
-        """Turns of a gear per turn of the one whose rotation is measured."""
-        shown = self.turning[self.shown]
-        return (gear.rate / gear.teeth) / (shown.rate / shown.teeth)
+        """Turns of a gear per turn of the rotation that is measured."""
+        return self.cycles_per_turn * gear.rate / gear.teeth
 
     def _over_angle(self, gear: TurningGear) -> SignalsOverAngle:
         values = np.stack([self.recording.channels[n] for n in self.names], axis=1)
@@ -193,7 +227,8 @@ class MeasuredProblem(Problem):
     def _warnings(self, shown: TurningGear) -> Iterator[str]:
         """Warnings of the recording."""
         pulses, rate = self.rotation.pulses, self.recording.rate
-        mesh = shown.teeth * self.rotation.rotation.turn_frequency
+        cycles = float(self.cycles_per_turn * shown.rate)
+        mesh = cycles * self.rotation.rotation.turn_frequency
         if 2.0 * mesh > rate:
             yield with_code(
                 "W72",
@@ -246,10 +281,39 @@ def _averaged_channels(study: Any, recording: Recording) -> tuple[str, ...]:
     return names
 
 
+def _cycles_per_turn(study: Any, gears: GearSet, turning: TurningGear) -> Fraction:
+    """Cycles of the first mesh per turn of the rotation that is measured.
+
+    Of planetary sets that is the rotation of a member in space, where it is measured,
+    and else the turn of the gear against the carrier.
+    """
+    carrier = gears.carrier
+    if carrier is None or study.needs_speed:
+        return turning.teeth / turning.rate
+    members: dict[str, Member] = {
+        CARRIER: "carrier",
+        gears.gears[carrier.sun].name: "sun",
+        gears.gears[carrier.ring].name: "ring",
+    }
+    member = members.get(turning.name)
+    cycles = None if member is None else carrier.members.cycles_per_turn_of(member)
+    if cycles is None:
+        held = carrier.members.held
+        allowed = [name for name, member in members.items() if member != held]
+        raise InputError(
+            f"{display_name(study, 'gear_name')} = {turning.name}; its rotation cannot "
+            f"be measured, {' or '.join(allowed)} is needed"
+        )
+    return cycles
+
+
 def _rotation_of(
-    study: Any, recording: Recording, turning: TurningGear
+    study: Any, recording: Recording, cycles_per_turn: Fraction
 ) -> MeasuredRotation:
-    """Rotation of the gear; InputError where the channel has none."""
+    """Rotation of the gear; InputError where the channel has none.
+
+    cycles_per_turn : of the first mesh
+    """
     time = recording.time
     try:
         if study.tacho is not None:
@@ -270,7 +334,7 @@ def _rotation_of(
         channel = study.tacho or study.speed_channel
         raise InputError(f"{recording.source}: {channel}: {error}") from None
     at_speed = with_frequencies(study, {"speed": study.rpm})
-    frequency = turning.turn_frequency(at_speed.frequency)
+    frequency = at_speed.frequency / float(cycles_per_turn)
     rotation = constant_rotation(float(time[0]), float(time[-1]), frequency)
     return MeasuredRotation(rotation, "at constant speed")
 
@@ -285,23 +349,25 @@ def _require_positive(rpm: Array) -> None:
         )
 
 
-def _require_turn(study: Any, rotation: Rotation, turning: TurningGear) -> None:
-    if rotation.total < 1.0:
+def _require_turn(
+    study: Any, rotation: Rotation, turning: TurningGear, cycles_per_turn: Fraction
+) -> None:
+    turns = rotation.total * float(cycles_per_turn * turning.rate / turning.teeth)
+    if turns < 1.0:
         raise InputError(
-            f"{study.measured}: {turning.name} turns {rotation.total:.3g} times, 1 "
-            "turn is needed"
+            f"{study.measured}: {turning.name} turns {turns:.3g} times, 1 turn is "
+            "needed"
         )
 
 
 def _computed_beside(
     study: Any,
     problem: type[SampledProblem],
-    turning: TurningGear,
-    turn_frequency: float,
+    mesh_frequency: float,
 ) -> tuple[SampledProblem | None, tuple[str, ...]]:
     """The problem of signals at a mean speed, and why there is none.
 
-    turning : the gear whose speed it is; turn_frequency : the speed [turns per second]
+    mesh_frequency : of the first mesh [Hz]
     """
     if not study.computed:
         return None, ()
@@ -315,6 +381,6 @@ def _computed_beside(
         **alone,
         channels=(),
         pulses=0,
-        speed=turning.mesh_frequency(turn_frequency),
+        speed=mesh_frequency,
     )
     return problem.of_study(at_mean), ()

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -18,6 +19,15 @@ from fegear.commands.signals.entries import (
     scale_of,
 )
 from fegear.commands.signals.result import SignalsResult
+from fegear.commands.signals.separated import (
+    SeparatedGear,
+    differing_gears,
+    draw_separated,
+    naming_sentence,
+    sensor_sentence,
+    separated_rows,
+    separated_table,
+)
 from fegear.files.codes import with_code
 from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.page import Page, pluralize
@@ -26,6 +36,7 @@ from fegear.studies.table import Table
 from lumped.figures.order_maps import OrderCurves, draw_order_maps
 from lumped.figures.turn_averages import draw_measured_averages
 from lumped.signals.orders import OrderMap
+from lumped.signals.ring_sensor import RingSensor
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,6 +53,8 @@ class MeasuredResult(StudyResult):
     pulse_scatter : RMS of intervals over those on both sides, less 1; None without one
     orders : spectra over windows of turns of the gear
     notes : on the recording; warnings : of it
+    sensor : on the ring of a planetary set, None of others
+    separated : averages over the teeth of its sun and of each planet, by channel
     computed : signals at the mean speed, None where none are computed
     """
 
@@ -60,6 +73,8 @@ class MeasuredResult(StudyResult):
     orders: OrderMap
     notes: tuple[str, ...]
     warnings: tuple[str, ...]
+    sensor: RingSensor | None
+    separated: Mapping[str, tuple[SeparatedGear, ...]]
     computed: SignalsResult | None = None
 
     @property
@@ -99,9 +114,33 @@ class MeasuredResult(StudyResult):
                 for other in self.averages
                 if other is not one
             ],
+            **self._sensor_entries,
             "computed": None if computed is None else computed.summary,
             "notes": list(self.notes),
             "warnings": [*self.warnings, *one.disagreement(), *self._of_computed],
+        }
+
+    @property
+    def _sensor_entries(self) -> dict[str, Any]:
+        """Entries on the sensor of a planetary set, none of others."""
+        if self.sensor is None:
+            return {}
+        return {
+            "sensor_deg": math.degrees(self.sensor.direction),
+            "sensor_window_deg": math.degrees(self.sensor.width),
+            "separated": [
+                {"signal": name, **entry}
+                for name, entries in self._separated_entries.items()
+                for entry in entries
+            ],
+        }
+
+    @cached_property
+    def _separated_entries(self) -> dict[str, list[dict[str, Any]]]:
+        """Entries of the sun and of each planet, by channel."""
+        return {
+            name: [gear.entry for gear in separated]
+            for name, separated in self.separated.items()
         }
 
     @property
@@ -146,11 +185,15 @@ class MeasuredResult(StudyResult):
             for one in self.averages
         ]
         turn_columns = [one.over_turn for one in self.averages]
-        return {
+        tables = {
             "average": self._table_of_gears(turn_columns),
             "spectrum": self._table_of_gears(order_columns),
             "orders": self._orders_table,
         }
+        if self.separated:
+            rows = separated_rows(self.separated)
+            tables["separated"] = Table.of(rows, self._header)
+        return tables
 
     def _table_of_gears(self, parts: list[dict[str, Any]]) -> Table:
         """Columns of all gears below each other, with the name of the gear."""
@@ -178,7 +221,16 @@ class MeasuredResult(StudyResult):
     @property
     def figures(self) -> dict[str, Draw]:
         """Averages and spectra beside those of computed signals, and order maps."""
-        return {"plot": self._draw_averages, "order_map": self._draw_order_map}
+        pictures = {"plot": self._draw_averages, "order_map": self._draw_order_map}
+        if self.separated:
+            pictures["separated_plot"] = self._draw_separated
+        return pictures
+
+    def _draw_separated(self) -> Any:
+        """Averages of the first channel over the teeth that pass the sensor."""
+        name, separated = next(iter(self.separated.items()))
+        title = f"{label_with_unit(name)}, by teeth that pass the sensor"
+        return draw_separated(separated, name, f"{self._title}\n{title}")
 
     def _draw_averages(self) -> Any:
         one, computed = self.gear_averages, self.computed
@@ -233,6 +285,12 @@ class MeasuredResult(StudyResult):
             yield with_code("E33", f"{line} on both sides")
         yield averages_table(one.entries, "measured: averages over a turn")
         yield indicators_table(one.entries, "measured: indicators of damage")
+        if self.sensor is not None:
+            yield sensor_sentence(self.summary)
+        for name, entries in self._separated_entries.items():
+            yield separated_table(entries, name)
+            if gears := differing_gears(entries):
+                yield naming_sentence(gears, name)
         if others := [other.gear.name for other in self.averages if other is not one]:
             yield f"averages over turns of {', '.join(others)} are in the tables"
         yield from self._computed_page()

@@ -21,6 +21,9 @@ from fegear.commands.signals.entries import (
 from fegear.commands.signals.separated import (
     SeparatedGear,
     differing_gears,
+    draw_separated,
+    naming_sentence,
+    sensor_sentence,
     separated_rows,
     separated_table,
 )
@@ -34,10 +37,9 @@ from lumped.common.csv_text import format_exact
 from lumped.figures.order_maps import OrderCurves, draw_order_maps
 from lumped.figures.turn_averages import draw_turn_averages
 from lumped.signals.averages import TurnAverage
-from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import OrderMap
-from lumped.signals.ring_sensor import RingSensor
-from lumped.signals.sampling import TurningGear
+from lumped.signals.ring_sensor import FORCE, RingSensor
+from lumped.signals.sampling import SignalEngagements, TurningGear
 from lumped.steady.ramps import SpeedRamp
 
 
@@ -74,7 +76,7 @@ class SignalsResult(StudyResult):
     orders: OrderMap
     na4: Array
     tooth: NDArray[np.int64]
-    engagements: Mapping[str, Engagement]
+    engagements: SignalEngagements
     turns_of_motion: int
     teeth_differ: bool
     sensor: RingSensor | None = None
@@ -207,7 +209,7 @@ class SignalsResult(StudyResult):
             "orders": self._orders_table,
         }
         if self.sensor is not None:
-            rows = separated_rows(self.separated)
+            rows = separated_rows({FORCE: self.separated})
             tables["separated"] = Table.of(rows, self._header)
         return tables
 
@@ -237,7 +239,14 @@ class SignalsResult(StudyResult):
         pictures = {"plot": self._draw_averages}
         if self.study.is_ramp:
             pictures["order_map"] = self._draw_order_map
+        if self.sensor is not None:
+            pictures["separated_plot"] = self._draw_separated
         return pictures
+
+    def _draw_separated(self) -> Any:
+        """Averages of the sensor on the ring over the teeth of each gear."""
+        title = f"{label_with_unit(FORCE)}, by teeth that pass it"
+        return draw_separated(self.separated, FORCE, f"{self._title}\n{title}")
 
     def _draw_order_map(self) -> Any:
         """Spectra of the first signals over orders and speed."""
@@ -276,17 +285,10 @@ class SignalsResult(StudyResult):
 
     def _sensor_lines(self, values: Mapping[str, Any]) -> Page:
         """Lines on a planetary set: its turns, and teeth that pass the sensor."""
-        yield (
-            "turns of gears are against the carrier, those of the carrier against the "
-            f"ring; the sensor at {values['sensor_deg']:g} deg of the ring feels each "
-            f"planet's force in a window of {values['sensor_window_deg']:.4g} deg"
-        )
-        yield separated_table(values["separated"])
-        teeth = [f"{e['gear']} at tooth {e['tooth']}" for e in self._differing_gears]
-        if len(teeth) == 1:
-            yield f"sensor on the ring: {teeth[0]} differs most"
-        elif teeth:
-            yield f"sensor on the ring: not sure whether {' or '.join(teeth)} differs"
+        yield sensor_sentence(values)
+        yield separated_table(values["separated"], FORCE)
+        if self._differing_gears:
+            yield naming_sentence(self._differing_gears, FORCE)
 
     def page(self) -> Page:
         values = self.summary

@@ -63,7 +63,8 @@ class Signals(
     Transmission errors, deviations of angular speeds and bearing forces, averaged over
     the turns of a gear: sidebands of the mesh, and the tooth that differs from others.
     At constant speed, or through a ramp of the speed with order tracking. A recording
-    of a measurement is averaged alike, and shown beside signals at its mean speed.
+    of a measurement is averaged alike, and shown beside signals at its mean speed. A
+    sensor on the ring of a planetary set tells which planet is damaged.
     """
 
     endings = (*TABLES, HDF5)
@@ -71,12 +72,15 @@ class Signals(
     more_tables = MORE_TABLES
     pictures = PLOT | {
         "order_map": f"Draw the spectra over speed and orders {INTO_PICTURE}; with a "
-        "ramp of the speed or a recording."
+        "ramp of the speed or a recording.",
+        "separated_plot": "Draw the averages of the sensor on the ring over the teeth "
+        f"of the sun and of each planet {INTO_PICTURE}; of a planetary set.",
     }
 
     def unused_options(self, outputs: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-        if "separated" in outputs and self.gear_set.loaded.carrier is None:
-            yield "separated", "needs a planetary set"
+        for name in ("separated", "separated_plot"):
+            if name in outputs and self.gear_set.loaded.carrier is None:
+                yield name, "needs a planetary set"
         if self.measured is not None:
             return
         if self.is_ramp:

@@ -12,6 +12,7 @@ satisfy
 from __future__ import annotations
 
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import Literal, get_args
 
 Member = Literal["sun", "carrier", "ring"]
@@ -74,6 +75,16 @@ class Members:
             ("carrier", "sun"): float(self.sun),
         }
         return relative[self.input, self.held]
+
+    def cycles_per_turn_of(self, member: Member) -> Fraction | None:
+        """Mesh cycles per rotation of a member, None of the one that is held."""
+        weights = self.weights
+        output = -Fraction(weights[self.input], weights[self.output])
+        speeds = {self.input: Fraction(1), self.output: output, self.held: Fraction(0)}
+        if member == self.held:
+            return None
+        relative = abs(speeds["sun"] - speeds["carrier"])
+        return self.sun * relative / abs(speeds[member])
 
     @property
     def rolling_power(self) -> float:

@@ -35,6 +35,7 @@ from lumped.signals.sampling import TURN_RTOL, Sampling, TurningGear
 from lumped.signals.sensors import signal_names
 from lumped.steady.integration_settings import Settings
 from lumped.steady.ramps import SpeedRamp
+from lumped.train.train import Train
 
 # Steps per period of the fastest mesh, unless given: kinks of mesh forces between fewer
 # steps change signals by 0.2 %, between these by 0.01 %
@@ -125,13 +126,13 @@ class SignalsStudy(SampledTurns, OneSpeedStudy):
     sensor_deg: float = setting(
         0.0,
         "Direction of the sensor on the ring of a planetary set at the start, "
-        "counter-clockwise from x [deg].",
+        "counter-clockwise from x [degrees].",
         Range(-360.0, 360.0, unit="deg"),
     )
     sensor_window_deg: float | None = setting(
         None,
         "Angle over which the sensor on the ring feels a passing planet, full width of "
-        "a Hann window [deg]. [default: 360 over the number of planets]",
+        "a Hann window [degrees]. [default: 360 over the number of planets]",
         Range(1.0, 360.0, unit="deg"),
     )
     model: LumpedModel = lumped_model(ALL_MODELS | SPACE)
@@ -205,7 +206,12 @@ class SampledProblem(OneSpeedProblem):
         method = study.integration.method
         require_method(method, problem.model, problem.gears, study.is_ramp)
         problem = replace(problem, excitations=excitations)
-        _require_fixed_axes(problem.gears, study)
+        require_sensor_settings(problem.gears, study)
+        if problem.gears.carrier is not None and study.pulses:
+            raise InputError(
+                f"{display_name(study, 'pulses')} = {study.pulses}; a tachometer does "
+                "not have the turns of planetary sets, which are against the carrier"
+            )
         _ = problem.sampling  # refuses a gear that is not there
         return problem
 
@@ -228,15 +234,7 @@ class SampledProblem(OneSpeedProblem):
     @cached_property
     def sensor(self) -> RingSensor | None:
         """The sensor on the ring of a planetary set."""
-        carrier, study = self.gears.carrier, self.study
-        if carrier is None:
-            return None
-        width = study.sensor_window_deg or 360.0 / len(carrier.planets)
-        return RingSensor(
-            passes=planet_passes(self.system.train),
-            direction=math.radians(study.sensor_deg),
-            width=math.radians(width),
-        )
+        return ring_sensor(self.gears, self.system.train, self.study)
 
     @cached_property
     def sampling(self) -> Sampling:
@@ -289,24 +287,34 @@ class SampledProblem(OneSpeedProblem):
         return tooth_at_pitch_point(self.gears, self.turning, self.sampling.points)
 
     @property
-    def engagements(self) -> dict[str, Engagement]:
+    def engagements(self) -> dict[str, tuple[Engagement, ...]]:
         """Contact of the gear's teeth by signals, see `engagements_of`."""
         names = signal_names(self.system)
         return engagements_of(self.gears, self.turning, names)
 
 
-def _require_fixed_axes(gears: GearSet, study: SignalsStudy) -> None:
-    """Refuse settings that only planetary sets have, or only others."""
+def require_sensor_settings(gears: GearSet, study: SignalsStudy) -> None:
+    """Refuse settings of the sensor on the ring where there is none."""
+    if gears.carrier is not None:
+        return
+    for name in ("sensor_deg", "sensor_window_deg"):
+        if getattr(study, name) != getattr(SignalsStudy, name):
+            raise refusal(study, name, f"needs a planetary set, {gears.name} is none")
+
+
+def ring_sensor(gears: GearSet, train: Train, study: SignalsStudy) -> RingSensor | None:
+    """The sensor on the ring of a planetary set, None of others.
+
+    train : of the set
+    """
     if gears.carrier is None:
-        reason = f"needs a planetary set, {gears.name} is none"
-        for name in ("sensor_deg", "sensor_window_deg"):
-            if getattr(study, name) != getattr(SignalsStudy, name):
-                raise refusal(study, name, reason)
-    elif study.pulses:
-        raise InputError(
-            f"{display_name(study, 'pulses')} = {study.pulses}; a tachometer does not "
-            "have the turns of planetary sets, which are against the carrier"
-        )
+        return None
+    width = study.sensor_window_deg or 360.0 / len(gears.carrier.planets)
+    return RingSensor(
+        passes=planet_passes(train),
+        direction=math.radians(study.sensor_deg),
+        width=math.radians(width),
+    )
 
 
 def gear_index(gears: GearSet, study: SignalsStudy) -> int:

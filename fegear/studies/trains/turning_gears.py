@@ -56,19 +56,27 @@ def tooth_at_pitch_point(
 
 def engagements_of(
     gears: GearSet, turning: TurningGear, names: Iterable[str]
-) -> dict[str, Engagement]:
+) -> dict[str, tuple[Engagement, ...]]:
     """Contact of the gear's teeth over a turn, by signals that tell of one tooth.
 
-    Of planetary sets these are the transmission errors of the gear's meshes, in whose
-    contacts the tooth has its turn; of others all signals, in the gear's first mesh.
+    Of planetary sets these are the transmission errors of the gear's meshes: teeth of
+    sun and ring have their turn in each of them, those of a planet in both of its two.
+    Of others all signals are, of the gear's first mesh.
 
     names : of the signals
     """
     if gears.carrier is None:
-        return dict.fromkeys(names, engagement_of(gears, turning, turning.mesh))
+        first = (engagement_of(gears, turning, turning.mesh),)
+        return dict.fromkeys(names, first)
+    meshes = gears.meshes_of[turning.index]
+    contacts = tuple(engagement_of(gears, turning, mesh) for mesh in meshes)
+    is_planet = turning.index in gears.carrier.planets
     by_mesh = {
-        dte_name(mesh): engagement_of(gears, turning, mesh)
-        for mesh in gears.meshes_of[turning.index]
+        # the mesh itself first
+        dte_name(mesh): (contacts[n], *contacts[n + 1 :], *contacts[:n])
+        if is_planet
+        else (contacts[n],)
+        for n, mesh in enumerate(meshes)
     }
     return {name: by_mesh[name] for name in names if name in by_mesh}
 

@@ -44,7 +44,10 @@ NEEDS = {
     "stiffness --root-stresses": "--set mesh.1.lead.slope_um=5",
 }
 # see `wrong_inputs`
-NO_ENDING = {"new --output", "rattle manifold --output", "signals --order-map"}
+NO_ENDING = {
+    *("new --output", "rattle manifold --output"),
+    *("signals --order-map", "signals --separated", "signals --separated-plot"),
+}
 
 
 @pytest.fixture(autouse=True)

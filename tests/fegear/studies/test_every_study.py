@@ -416,18 +416,29 @@ IN_SPACE = {  # signals of machines that move in space
     *(f"{{gear}}_bearing{{n}}_{axis}_m_per_s2" for axis in "xyz"),
     *(f"housing_node{{n}}_{axis}_m_per_s2" for axis in "xyz"),
 }
-OF_CHANNELS = {"{parameter}", *IN_SPACE}  # of recordings
+ON_RING = {"ring_sensor_force_N", "ring_sensor_acceleration_m_per_s2"}
+ELSEWHERE = IN_SPACE | ON_RING  # of machines in space and of planetary sets
+OF_CHANNELS = {"{parameter}", *ELSEWHERE}  # of recordings
 INDICATORS = {  # of recordings
     *("source", "gear", "signal", "unit", "mesh_amplitude", "sideband_amplitude"),
     *("sideband_order", "residual_rms", "residual_peak", "residual_kurtosis"),
     *("residual_peak_angle_deg", "residual_tooth_rms", "tooth"),
     *("fm4", "m6a", "na4", "energy_ratio"),
 }
+INDICATORS_ON_RING = [
+    f"{signal}_{indicator}"
+    for signal, unit in (("force", "N"), ("acceleration", "m_per_s2"))
+    for indicator in (
+        *(f"{name}_{unit}" for name in ("rms", "residual_rms", "residual_peak")),
+        *("residual_kurtosis", "tooth"),
+    )
+]
 NOT_IN_EXAMPLE = {
     "branches": {"{parameter}"},  # in place of the speed
     "faults": {  # other faults
         *("crack_mm", "spall_width_share", "broken_tip_mm", "wear_um"),
         "eccentricity_um",
+        *(f"ring_sensor_{name}" for name in INDICATORS_ON_RING),
     },
     "map": {"lyapunov_per_period"},  # where exponents are asked for
     "modes": {  # of planetary sets, and of gears that move in space
@@ -442,9 +453,9 @@ NOT_IN_EXAMPLE = {
     "sharing": {  # of helical gears
         *("sun_axial_force_N", "ring_axial_force_N", "tilting_moment_Nm"),
     },
-    "signals": INDICATORS | IN_SPACE,
+    "signals": INDICATORS | ELSEWHERE,
     "signals: average": OF_CHANNELS
-    | {"gear", "residual_{parameter}", *(f"residual_{name}" for name in IN_SPACE)},
+    | {"gear", "residual_{parameter}", *(f"residual_{name}" for name in ELSEWHERE)},
     "signals: spectrum": OF_CHANNELS | {"gear"},
     "signals: orders": OF_CHANNELS,
     "stiffness": {"axial_force_N", "load_center_mm"},  # over the face width

@@ -12,6 +12,7 @@ from lumped.signals.planet_separation import (
     planet_gear,
     separated_average,
     sun_gear,
+    with_equal_loads,
 )
 from lumped.signals.ring_sensor import PlanetPasses, RingSensor
 
@@ -124,3 +125,17 @@ def test_noise_falls_with_the_root_of_the_windows():
         noise = random.standard_normal(size)
         rms.append(separated_average(noise, SAMPLES, sensor, gear).values.std())
     assert rms[0] / rms[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_loads_that_differ_leave_no_steps_between_planets():
+    """Constant forces of all planets are those of their mean."""
+    sensor = sensor_of(96, 4)
+    loads = np.array([700.0, 1000.0, 900.0, 800.0])
+    signal = sensor.weights(np.arange(4 * 96 * SAMPLES) / SAMPLES) @ loads
+    level = with_equal_loads(signal, SAMPLES, sensor)
+    average = separated_average(level, SAMPLES, sensor, sun_gear(sensor, 24, -1))
+    np.testing.assert_allclose(average.values, 850.0, rtol=1e-10)
+    equal = sensor.weights(np.arange(96 * SAMPLES) / SAMPLES).sum(axis=1)
+    np.testing.assert_allclose(
+        with_equal_loads(equal, SAMPLES, sensor), equal, atol=1e-12
+    )

@@ -240,7 +240,7 @@ def test_computed_signals_are_at_the_mean_speed(tmp_path):
         result.gear_averages.tooth, result.computed.averages.tooth
     )
     measured_at, computed_at = (
-        next(iter(one.engagements.values()))
+        next(iter(one.engagements.values()))[0]
         for one in (result.gear_averages, result.computed.averages)
     )
     assert measured_at.first == computed_at.first
