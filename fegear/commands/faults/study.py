@@ -48,11 +48,13 @@ from fegear.studies.trains.speeds import RPM
 from fegear.studies.trains.train_problem import TrainFacts
 from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel
+from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.sampling import Sampling, residual_indicators, sample_signals
 from lumped.signals.sensors import signal_names
+from lumped.signals.tooth_verdict import tooth_of_run
 from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import Axis
 from lumped.steady.respond import respond_confirmed
@@ -460,7 +462,8 @@ class RunComputations(Mapping[str, Callable[[], Arrays]]):
         frequency = run.study.frequency
         options = noise, run.study.seed, engagement, self.problem.study.averages
         settings = run.integration
-        return partial(evaluate_run, system, frequency, settings, sampling, *options)
+        arguments = system, frequency, settings, sampling, *options
+        return partial(evaluate_run, *arguments, contacts=run.contacts)
 
     def _signals_problem(self, number: int) -> SampledProblem:
         """The signals of a run; InputError where there is no such gear set."""
@@ -500,6 +503,7 @@ def evaluate_run(
     seed: int,
     engagement: Engagement,
     averages: bool,
+    contacts: Mapping[int, Engagement],
 ) -> Arrays:
     """Signals and indicators of a run; its status alone where it does not repeat.
 
@@ -507,6 +511,7 @@ def evaluate_run(
     noise : standard deviation over that of each signal; seed : of it
     engagement : of the gear's teeth, see `residual_indicators`
     averages : whether signals are left out
+    contacts : of the gear's teeth by its meshes
     """
     try:
         response, _, settings = respond_confirmed(system, frequency, settings)
@@ -521,8 +526,15 @@ def evaluate_run(
     }
     arrays = {
         **status_arrays(str(response.status)),
+        "named_tooth": _number_or_nan(
+            tooth_of_run(system, sampled, sampling, contacts)
+        ),
         "names": np.frombuffer("\n".join(sampled.names).encode(), np.uint8),
         "average": sampled.average.values.T,
         **indicators,
     }
     return arrays if averages else {**arrays, "values": sampled.values.T}
+
+
+def _number_or_nan(number: int | None) -> Array:
+    return np.array([np.nan if number is None else float(number)])

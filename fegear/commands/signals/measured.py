@@ -187,7 +187,7 @@ class MeasuredProblem(Problem):
             average=TurnAverage(band_limited(average, points), turns, gear.orders),
             na4=na4(band_limited(windows, points), gear.orders),
             tooth=tooth_at_pitch_point(self.gears, gear, points),
-            engagement=engagement_of(self.gears, gear),
+            engagement=engagement_of(self.gears, gear, gear.mesh),
         )
 
     def _warnings(self, shown: TurningGear) -> Iterator[str]:

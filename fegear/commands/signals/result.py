@@ -51,6 +51,7 @@ class SignalsResult(StudyResult):
     engagement : contact of the gear's teeth in its first mesh
     turns_of_motion : of the gear, after which the motion repeats
     teeth_differ : whether some tooth of the gear set differs from others
+    named_tooth : faulty tooth of the gear by all signals, None where none can be named
     """
 
     study: Any
@@ -68,6 +69,7 @@ class SignalsResult(StudyResult):
     engagement: Engagement
     turns_of_motion: int
     teeth_differ: bool
+    named_tooth: int | None = None
 
     @cached_property
     def averages(self) -> GearAverages:
@@ -103,6 +105,7 @@ class SignalsResult(StudyResult):
             "pulses_per_turn": study.pulses,
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
+            "named_tooth": self.named_tooth if self._may_differ else None,
             "signals": self.averages.entries,
             "warnings": [*self.facts.warnings, *self._disagreement()],
         }
@@ -112,8 +115,13 @@ class SignalsResult(StudyResult):
 
         None of teeth that are alike where there is no noise: residuals are numerical.
         """
-        if self.teeth_differ or self.study.noise_percent:
+        if self._may_differ:
             yield from self.averages.disagreement()
+
+    @property
+    def _may_differ(self) -> bool:
+        """Whether residuals are more than numerical."""
+        return bool(self.teeth_differ or self.study.noise_percent)
 
     def _driver_rpm(self, mesh_frequency: Any) -> Any:
         """Speed of the gear [rpm] at a frequency of the first mesh [Hz]."""
@@ -242,6 +250,12 @@ class SignalsResult(StudyResult):
         yield self._title
         yield averages_table(values["signals"])
         yield indicators_table(values["signals"])
+        if self._may_differ and not self.study.is_ramp:
+            tooth = values["named_tooth"]
+            yield (
+                f"faulty tooth of {self.gear.name} by all signals: "
+                + ("not sure" if tooth is None else str(tooth))
+            )
         if self.study.is_ramp:
             yield (
                 "a torque in addition to the loads takes up the inertial forces of "

@@ -30,6 +30,7 @@ from fegear.studies.trains.sampled_signals import SampledProblem, SignalsStudy
 from lumped.signals.indicators import na4, window_averages
 from lumped.signals.orders import order_map
 from lumped.signals.sampling import sample_signals
+from lumped.signals.tooth_verdict import tooth_of_run
 from lumped.steady.motion import DivergedError, bounded_response
 from lumped.steady.steady_state import Diverged
 from lumped.steady.truncation_check import check_truncation
@@ -135,6 +136,7 @@ class SignalsProblem(SampledProblem):
             engagement=self.engagement,
             turns_of_motion=self._turns_of_motion(response.multiple or 1),
             teeth_differ=max(pair_periods(self.gears)) > 1,
+            named_tooth=tooth_of_run(self.system, sampled, sampling, self.contacts),
         )
 
     def _turns_of_motion(self, multiple: int) -> int:

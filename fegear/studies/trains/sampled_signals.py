@@ -20,6 +20,7 @@ from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
 from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequencies
 from fegear.studies.trains.train_problem import MOTION_PERIODS
 from fegear.studies.trains.turning_gears import (
+    contacts_of,
     engagement_of,
     meshing_gears,
     tooth_at_pitch_point,
@@ -261,7 +262,12 @@ class SampledProblem(OneSpeedProblem):
     @property
     def engagement(self) -> Engagement:
         """Contact of the gear's teeth in its first mesh, over a turn."""
-        return engagement_of(self.gears, self.turning)
+        return engagement_of(self.gears, self.turning, self.turning.mesh)
+
+    @property
+    def contacts(self) -> dict[int, Engagement]:
+        """Contact of the gear's teeth over a turn, by its meshes."""
+        return contacts_of(self.gears, self.turning)
 
 
 def gear_index(gears: GearSet, study: SignalsStudy) -> int:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fegear.gearset.model import GearSet
+from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_in_cycles
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.sampling import TurningGear
@@ -50,14 +51,29 @@ def tooth_at_pitch_point(
     return 1 + tooth_in_cycles(gears, turning.mesh, turning.index, cycle)
 
 
-def engagement_of(gears: GearSet, turning: TurningGear) -> Engagement:
-    """Contact of the gear's teeth in its first mesh, over a turn."""
-    start, end = gears.engagement(turning.mesh)
+def engagement_of(gears: GearSet, turning: TurningGear, mesh: int) -> Engagement:
+    """Contact of the gear's teeth in one of its meshes, over a turn.
+
+    mesh : its index, from 0
+    """
+    start, end = gears.engagement(mesh)
     pitches = np.arange(turning.teeth)
+    first = turning.phase
+    if mesh != turning.mesh:
+        first = mesh_phases(gears)[mesh].value
     return Engagement(
-        first=turning.phase,
+        first=first,
         start=start,
         end=end,
-        drives=gears.meshes[turning.mesh].driver == turning.index,
-        teeth=1 + tooth_in_cycles(gears, turning.mesh, turning.index, pitches),
+        drives=gears.meshes[mesh].driver == turning.index,
+        teeth=1 + tooth_in_cycles(gears, mesh, turning.index, pitches),
+        overlap=gears.overlap_ratio(mesh),
     )
+
+
+def contacts_of(gears: GearSet, turning: TurningGear) -> dict[int, Engagement]:
+    """Contact of the gear's teeth over a turn, by its meshes."""
+    return {
+        mesh: engagement_of(gears, turning, mesh)
+        for mesh in gears.meshes_of[turning.index]
+    }
