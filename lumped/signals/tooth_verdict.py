@@ -27,31 +27,32 @@ from lumped.signals.sampling import SampledSignals, Sampling
 from lumped.train.system import LumpedSystem
 
 # Least noise of a signal over its residual: receptances are those of a linear train
-MODEL_NOISE = 0.02
+MODEL_NOISE = 0.05
 REGULARISATION = 1e-3  # of the largest answer of all signals
 SMOOTHING = 0.05  # standard deviation of the filter [base pitches]
 # Least height of a pulse over the noise, and of its parts over noise and height
 MIN_HEIGHT, PART_NOISE, PART_HEIGHT = 6.0, 4.0, 0.15
 QUIET = 0.75  # base pitches before a fault begins
 BEYOND = 0.4  # base pitches that a fault may last longer than an engagement
-MIN_SHARE = 0.6  # of a turn's deflection in that time, without which it rings
-MAX_BREAK = 0.3  # base pitches within a pulse
+MIN_SHARE = 0.65  # of a turn's deflection in that time, without which it rings
+MAIN_HEIGHT = 0.65  # of a pulse, over the largest deflection in that time
+MAX_BREAK = 0.4  # base pitches within a pulse
 # Part of an engagement, and base pitches, above which a pulse is not short
 LONG_SHARE, LONG_PITCHES = 0.55, 1.0
-MISSING_HEIGHT = 1.0  # over the deflection at rest, of a tooth that is not there
+MISSING_HEIGHT = 1.25  # over the deflection at rest, of a tooth that is not there
 # Middle of a long pulse from that of the engagement, toward the tip that bends most,
 # and most distance from there [base pitches]
-LONG_SHIFT, LONG_REACH = 0.1, 0.47
+LONG_SHIFT, LONG_REACH = 0.15, 0.47
 # End of the pulse of a tip from the end of the path, its deviation and limits [base
 # pitches]; of helical gears it is less sharp, of tips that touched too early beyond
 TIP_END, TIP_STD, TIP_LIMITS = 0.08, 0.15, (-0.3, 0.5)
-HELICAL_TIP_END, HELICAL_TIP_STD = -0.05, 0.12
-EARLY_TIP_END, EARLY_TIP_STD, MAX_EARLY = 0.45, 0.3, 1.5
+HELICAL_TIP_END, HELICAL_TIP_STD = -0.08, 0.12
+EARLY_TIP_END, EARLY_TIP_STD, MAX_EARLY = 0.45, 0.3, 0.7
 FLANK_STD, MAX_FLANK = 0.22, 0.36  # of the middle from the pitch point [base pitches]
 # Height over the deflection at rest, and length, that tips and flanks have as often;
 # deviations of their logarithms
-EVEN_HEIGHT, HEIGHT_STD = 0.11, 0.7
-EVEN_LENGTH, LENGTH_PER_OVERLAP, LENGTH_STD = 0.5, 0.3, 0.4
+EVEN_HEIGHT, HEIGHT_STD = 0.11, 0.8
+EVEN_LENGTH, LENGTH_PER_OVERLAP, LENGTH_STD = 0.45, 0.3, 0.4
 MIN_SCORE, MIN_LEAD = -3.5, 0.6  # logarithms of likelihoods
 
 
@@ -104,8 +105,11 @@ def find_pulse(deflection: Array, contact: Engagement) -> Pulse | None:
     if share < MIN_SHARE:
         return None
     part = np.take(values, range(begin, begin + most), mode="wrap")
-    height = float(part[np.abs(part).argmax()])
-    first, last = _ends(np.sign(height) * part, least, MAX_BREAK * per_pitch)
+    # where contact is lost, a rebound may be larger than the pulse before it
+    start = int((np.abs(part) >= MAIN_HEIGHT * np.abs(part).max()).argmax())
+    part = np.sign(part[start]) * part
+    first, last = _ends(part, start, least, MAX_BREAK * per_pitch)
+    height = float(part[first : last + 1].max()) * np.sign(values[(begin + start) % values.size])
     position = contact.first + (begin + np.array([first, last])) / per_pitch
     return Pulse(*position.tolist(), height)
 
@@ -190,12 +194,11 @@ def _begin_of_fault(parts: Array, quiet: float, most: int) -> tuple[int, float]:
     return int(begins[best]), float(within[best] / parts.sum())
 
 
-def _ends(values: Array, least: float, most: float) -> tuple[int, int]:
-    """First and last point of the pulse about the largest of values (p,).
+def _ends(values: Array, top: int, least: float, most: float) -> tuple[int, int]:
+    """First and last point of the pulse of values (p,) about a point of it.
 
     It ends where the deflection changes its sign, or is small for `most` points.
     """
-    top = int(values.argmax())
     ends = []
     for points in (range(top, -1, -1), range(top, values.size)):
         last = top

@@ -48,7 +48,6 @@ from fegear.studies.trains.speeds import RPM
 from fegear.studies.trains.train_problem import TrainFacts
 from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel
-from lumped.common.array_types import Array
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
 from lumped.signals.faulty_tooth import Engagement
@@ -458,12 +457,10 @@ class RunComputations(Mapping[str, Callable[[], Arrays]]):
         except ValueError as error:
             return partial(status_arrays, f"impossible: {error}")
         noise = 0.01 * run.study.noise_percent
-        engagement = run.engagement
         frequency = run.study.frequency
-        options = noise, run.study.seed, engagement, self.problem.study.averages
+        options = noise, run.study.seed, run.contacts, self.problem.study.averages
         settings = run.integration
-        arguments = system, frequency, settings, sampling, *options
-        return partial(evaluate_run, *arguments, contacts=run.contacts)
+        return partial(evaluate_run, system, frequency, settings, sampling, *options)
 
     def _signals_problem(self, number: int) -> SampledProblem:
         """The signals of a run; InputError where there is no such gear set."""
@@ -501,17 +498,15 @@ def evaluate_run(
     sampling: Sampling,
     noise: float,
     seed: int,
-    engagement: Engagement,
-    averages: bool,
     contacts: Mapping[int, Engagement],
+    averages: bool,
 ) -> Arrays:
     """Signals and indicators of a run; its status alone where it does not repeat.
 
     frequency : of the first mesh [Hz]
     noise : standard deviation over that of each signal; seed : of it
-    engagement : of the gear's teeth, see `residual_indicators`
+    contacts : of the gear's teeth by its meshes, see `tooth_of_run`
     averages : whether signals are left out
-    contacts : of the gear's teeth by its meshes
     """
     try:
         response, _, settings = respond_confirmed(system, frequency, settings)
@@ -520,21 +515,17 @@ def evaluate_run(
     if not response.multiple:
         return status_arrays(str(response.status))
     sampled = sample_signals(system, response, settings, sampling, noise, seed)
+    engagement = contacts[sampling.gear.mesh]
+    tooth = tooth_of_run(system, sampled, sampling, contacts)
     indicators = {
         "rms": sampled.values.std(axis=0),
         **residual_indicators(sampled.average, sampled.names, engagement),
     }
     arrays = {
         **status_arrays(str(response.status)),
-        "named_tooth": _number_or_nan(
-            tooth_of_run(system, sampled, sampling, contacts)
-        ),
+        "named_tooth": np.array([np.nan if tooth is None else float(tooth)]),
         "names": np.frombuffer("\n".join(sampled.names).encode(), np.uint8),
         "average": sampled.average.values.T,
         **indicators,
     }
     return arrays if averages else {**arrays, "values": sampled.values.T}
-
-
-def _number_or_nan(number: int | None) -> Array:
-    return np.array([np.nan if number is None else float(number)])
