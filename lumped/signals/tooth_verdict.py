@@ -34,12 +34,16 @@ SMOOTHING = 0.05  # standard deviation of the filter [base pitches]
 MIN_HEIGHT, PART_NOISE, PART_HEIGHT = 6.0, 4.0, 0.15
 QUIET = 0.75  # base pitches before a fault begins
 BEYOND = 0.4  # base pitches that a fault may last longer than an engagement
-MIN_SHARE = 0.65  # of a turn's deflection in that time, without which it rings
+MIN_SHARE = 0.6  # of a turn's deflection in that time, without which it rings
 MAIN_HEIGHT = 0.65  # of a pulse, over the largest deflection in that time
-MAX_BREAK = 0.4  # base pitches within a pulse
+BEFORE_REBOUND = 0.35  # the same of a pulse before a rebound
+MAX_BREAK = 0.3  # base pitches within a pulse
 # Part of an engagement, and base pitches, above which a pulse is not short
 LONG_SHARE, LONG_PITCHES = 0.55, 1.0
-MISSING_HEIGHT = 1.25  # over the deflection at rest, of a tooth that is not there
+MISSING_HEIGHT, HELICAL_MISSING_HEIGHT = (
+    1.25,
+    0.7,
+)  # over the deflection at rest, of a tooth that is not there
 # Middle of a long pulse from that of the engagement, toward the tip that bends most,
 # and most distance from there [base pitches]
 LONG_SHIFT, LONG_REACH = 0.15, 0.47
@@ -105,11 +109,8 @@ def find_pulse(deflection: Array, contact: Engagement) -> Pulse | None:
     if share < MIN_SHARE:
         return None
     part = np.take(values, range(begin, begin + most), mode="wrap")
-    # where contact is lost, a rebound may be larger than the pulse before it
-    start = int((np.abs(part) >= MAIN_HEIGHT * np.abs(part).max()).argmax())
-    part = np.sign(part[start]) * part
-    first, last = _ends(part, start, least, MAX_BREAK * per_pitch)
-    height = float(part[first : last + 1].max()) * np.sign(values[(begin + start) % values.size])
+    first, last, sign = _main_lobes(part, least, MAX_BREAK * per_pitch)
+    height = sign * float((sign * part[first : last + 1]).max())
     position = contact.first + (begin + np.array([first, last])) / per_pitch
     return Pulse(*position.tolist(), height)
 
@@ -124,8 +125,9 @@ def name_tooth(pulse: Pulse, contact: Engagement, at_rest: float) -> int | None:
     middle = 0.5 * (pulse.begin + pulse.end) - pitch
     toward_tip = 1.0 if contact.drives else -1.0
     engagement = contact.end - contact.start
-    is_long = length > min(LONG_SHARE * engagement, LONG_PITCHES)
-    if is_long or height > MISSING_HEIGHT:
+    most = min(LONG_SHARE * engagement, LONG_PITCHES + 0.5 * contact.overlap)
+    missing = HELICAL_MISSING_HEIGHT if contact.overlap else MISSING_HEIGHT
+    if length > most or height > missing:
         distance = toward_tip * (middle - 0.5 * (contact.start + contact.end))
         distance = np.abs(distance - LONG_SHIFT)
         best = int(distance.argmin())
@@ -194,21 +196,39 @@ def _begin_of_fault(parts: Array, quiet: float, most: int) -> tuple[int, float]:
     return int(begins[best]), float(within[best] / parts.sum())
 
 
-def _ends(values: Array, top: int, least: float, most: float) -> tuple[int, int]:
-    """First and last point of the pulse of values (p,) about a point of it.
+def _main_lobes(values: Array, least: float, most: float) -> tuple[int, int, float]:
+    """First and last point of the pulse in values (p,), and its sign.
+
+    Of the large lobes the first, and those of its sign until the deflection changes
+    its sign. Where contact is lost a rebound may be larger than the pulse before it.
+    """
+    large = MAIN_HEIGHT * float(np.abs(values).max())
+    first = int((np.abs(values) >= large).argmax())
+    if values[first] < 0.0:
+        earlier = values[:first] >= BEFORE_REBOUND * np.abs(values).max()
+        first = int(earlier.argmax()) if earlier.any() else first
+    sign = float(np.sign(values[first]))
+    lobes = sign * values
+    turned = lobes[first:] <= -0.5 * lobes[first]
+    stop = first + int(turned.argmax()) if turned.any() else lobes.size
+    high = MAIN_HEIGHT * lobes[first:stop].max()
+    last = first + int(np.flatnonzero(lobes[first:stop] >= high)[-1])
+    before = _end(lobes[first::-1], least, most)
+    return first - before, last + _end(lobes[last:], least, most), sign
+
+
+def _end(values: Array, least: float, most: float) -> int:
+    """Last point of a lobe of values (p,) that begins at the first.
 
     It ends where the deflection changes its sign, or is small for `most` points.
     """
-    ends = []
-    for points in (range(top, -1, -1), range(top, values.size)):
-        last = top
-        for point in points:
-            if values[point] > least:
-                last = point
-            elif values[point] < -least or abs(point - last) > most:
-                break
-        ends.append(last)
-    return ends[0], ends[1]
+    last = 0
+    for point, value in enumerate(values):
+        if value > least:
+            last = point
+        elif value < -least or point - last > most:
+            break
+    return last
 
 
 def tooth_of_run(
