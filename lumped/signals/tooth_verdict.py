@@ -37,6 +37,7 @@ BEYOND = 0.4  # base pitches that a fault may last longer than an engagement
 MIN_SHARE = 0.6  # of a turn's deflection in that time, without which it rings
 MAIN_HEIGHT = 0.65  # of a pulse, over the largest deflection in that time
 BEFORE_REBOUND = 0.35  # the same of a pulse before a rebound
+END_HEIGHT = 0.2  # of its ends, over its own height
 MAX_BREAK = 0.3  # base pitches within a pulse
 # Part of an engagement, and base pitches, above which a pulse is not short
 LONG_SHARE, LONG_PITCHES = 0.55, 1.0
@@ -49,7 +50,7 @@ MISSING_HEIGHT, HELICAL_MISSING_HEIGHT = (
 LONG_SHIFT, LONG_REACH = 0.15, 0.47
 # End of the pulse of a tip from the end of the path, its deviation and limits [base
 # pitches]; of helical gears it is less sharp, of tips that touched too early beyond
-TIP_END, TIP_STD, TIP_LIMITS = 0.08, 0.15, (-0.3, 0.5)
+TIP_END, TIP_STD, TIP_LIMITS = 0.08, 0.12, (-0.3, 0.5)
 HELICAL_TIP_END, HELICAL_TIP_STD = -0.08, 0.12
 EARLY_TIP_END, EARLY_TIP_STD, MAX_EARLY = 0.45, 0.3, 0.7
 FLANK_STD, MAX_FLANK = 0.22, 0.36  # of the middle from the pitch point [base pitches]
@@ -57,7 +58,7 @@ FLANK_STD, MAX_FLANK = 0.22, 0.36  # of the middle from the pitch point [base pi
 # deviations of their logarithms
 EVEN_HEIGHT, HEIGHT_STD = 0.11, 0.8
 EVEN_LENGTH, LENGTH_PER_OVERLAP, LENGTH_STD = 0.45, 0.3, 0.4
-MIN_SCORE, MIN_LEAD = -3.5, 0.6  # logarithms of likelihoods
+MIN_SCORE, MIN_LEAD = -3.5, 0.5  # logarithms of likelihoods
 
 
 class Pulse(NamedTuple):
@@ -109,7 +110,7 @@ def find_pulse(deflection: Array, contact: Engagement) -> Pulse | None:
     if share < MIN_SHARE:
         return None
     part = np.take(values, range(begin, begin + most), mode="wrap")
-    first, last, sign = _main_lobes(part, least, MAX_BREAK * per_pitch)
+    first, last, sign = _main_lobes(part, PART_NOISE * noise, MAX_BREAK * per_pitch)
     height = sign * float((sign * part[first : last + 1]).max())
     position = contact.first + (begin + np.array([first, last])) / per_pitch
     return Pulse(*position.tolist(), height)
@@ -196,11 +197,13 @@ def _begin_of_fault(parts: Array, quiet: float, most: int) -> tuple[int, float]:
     return int(begins[best]), float(within[best] / parts.sum())
 
 
-def _main_lobes(values: Array, least: float, most: float) -> tuple[int, int, float]:
+def _main_lobes(values: Array, noise: float, most: float) -> tuple[int, int, float]:
     """First and last point of the pulse in values (p,), and its sign.
 
     Of the large lobes the first, and those of its sign until the deflection changes
     its sign. Where contact is lost a rebound may be larger than the pulse before it.
+
+    noise : least height of a part; most : points without one within the pulse
     """
     large = MAIN_HEIGHT * float(np.abs(values).max())
     first = int((np.abs(values) >= large).argmax())
@@ -211,8 +214,9 @@ def _main_lobes(values: Array, least: float, most: float) -> tuple[int, int, flo
     lobes = sign * values
     turned = lobes[first:] <= -0.5 * lobes[first]
     stop = first + int(turned.argmax()) if turned.any() else lobes.size
-    high = MAIN_HEIGHT * lobes[first:stop].max()
-    last = first + int(np.flatnonzero(lobes[first:stop] >= high)[-1])
+    height = float(lobes[first:stop].max())
+    high = np.flatnonzero(lobes[first:stop] >= MAIN_HEIGHT * height)
+    last, least = first + int(high[-1]), max(noise, END_HEIGHT * height)
     before = _end(lobes[first::-1], least, most)
     return first - before, last + _end(lobes[last:], least, most), sign
 
