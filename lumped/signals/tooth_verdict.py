@@ -73,7 +73,9 @@ class Pulse(NamedTuple):
     height: float
 
 
-def added_deflection(residual: Array, noise: Array, receptance: Array) -> Array:
+def added_deflection(
+    residual: Array, noise: Array, receptance: NDArray[np.complex128]
+) -> Array:
     """Deflections (p, m) that faults add to m meshes over a turn [m].
 
     residual : (p, s) of averages of signals over the turn
@@ -112,8 +114,8 @@ def find_pulse(deflection: Array, contact: Engagement) -> Pulse | None:
     part = np.take(values, range(begin, begin + most), mode="wrap")
     first, last, sign = _main_lobes(part, PART_NOISE * noise, MAX_BREAK * per_pitch)
     height = sign * float((sign * part[first : last + 1]).max())
-    position = contact.first + (begin + np.array([first, last])) / per_pitch
-    return Pulse(*position.tolist(), height)
+    at_begin = contact.first + begin / per_pitch
+    return Pulse(at_begin + first / per_pitch, at_begin + last / per_pitch, height)
 
 
 def name_tooth(pulse: Pulse, contact: Engagement, at_rest: float) -> int | None:
@@ -253,7 +255,7 @@ def tooth_of_run(
     if not average.has_residual.any():
         return None
     points, meshes = sampling.points, list(contacts)
-    order = np.arange(points // 2 + 1)
+    order = np.arange(points // 2 + 1, dtype=float)
     frequency = order * sampling.gear.turn_frequency(sampling.ramp.start)
     signals, receptance = signal_receptances(system, sampled.names, meshes, frequency)
     turns = sampled.over_angle[: average.turns * points, signals]
