@@ -32,6 +32,7 @@ class Engagement:
     drives : whether the gear drives, so that its tips touch at the end
     teeth : (z,) number of the tooth, from 1, that is at the pitch point after 0, 1, ...
         base pitches
+    overlap : base pitches of the contact that are those of the helix over the width
     """
 
     first: float
@@ -39,6 +40,7 @@ class Engagement:
     end: float
     drives: bool
     teeth: Indices
+    overlap: float = 0.0
 
     def mean_squares(self, values: Array) -> Array:
         """Mean squares (z, c) of signals (p, c) while each tooth is in contact."""

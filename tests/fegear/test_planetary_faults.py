@@ -9,11 +9,14 @@ import pytest
 from numpy.testing import assert_allclose
 from slow_tests import first_are_quick
 
+from fegear.commands.faults.axes import GearSetEdits
 from fegear.gearset import load_gear_set, make_gear_set
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
+from fegear.gearset.read import load_tables
 from fegear.statics.settings import StaticsSettings
 from fegear.statics.solving import solve_mesh
+from fegear.studies.trains.gear_sets import GearSetRef
 
 SET = "planetary-24-36-96"
 TEETH = {"sun": 24, "planet": 36, "ring": 96}
@@ -181,7 +184,7 @@ def test_a_planets_tooth_is_in_both_meshes_half_a_turn_less_its_thickness_apart(
         assert len(shifts) == 1
         times.append((drives, shifts[0] - phases[mesh].value))
     # the planet is driven on its rear flank and drives with its front one
-    received, given = (t for _, t in sorted(times))
+    driven_at, driving_at = (t for _, t in sorted(times))
     pair = gear_set.meshes[0].pair
     gear = pair.driver if pair.driver.teeth == TEETH["planet"] else pair.driven
     half_angles = [
@@ -189,7 +192,7 @@ def test_a_planets_tooth_is_in_both_meshes_half_a_turn_less_its_thickness_apart(
         for m in gear_set.meshes[:2]
     ]
     expected = 36 * (math.pi - sum(half_angles)) / (2.0 * math.pi)
-    difference = (given - received - expected) / 36
+    difference = (driving_at - driven_at - expected) / 36
     assert difference == pytest.approx(round(difference), abs=1e-9)
 
 
@@ -273,3 +276,14 @@ def center_of(gear_set: GearSet, gear: int, cycles: np.ndarray) -> np.ndarray:
     turned = gear_set.senses[gear] * 2.0 * math.pi * cycles / body.geometry.teeth
     direction = toward_mate + body.faults.eccentricity_angle
     return body.faults.eccentricity * np.exp(1j * (direction + turned))
+
+
+def test_a_data_set_varies_the_fault_of_one_planet():
+    """Its key has the planet's name: the file has the planet once, by number 2."""
+    tips = {"gear.planet.broken_tips": [{"tooth": 3, "height_mm": 0.2}]}
+    edits = GearSetEdits(load_tables(SET, tips), tips, gear=3, teeth=36)
+    texts = edits.texts({"broken_tip": 0.4}, 5)
+    gear_set = GearSetRef(name=SET, edits=texts).loaded
+    teeth = [[t.tooth for t in g.faults.broken_tips] for g in gear_set.gears]
+    assert teeth == [[], [2], [2, 4], [2], []]
+    assert gear_set.gears[2].faults.broken_height(4) == pytest.approx(0.4e-3)

@@ -50,9 +50,9 @@ def history_of(system, speed: float):
     return history.time * speed, history
 
 
-@pytest.mark.parametrize("translations", [False, True])
-@pytest.mark.parametrize("fault", first_are_quick(FAULTS))
-@pytest.mark.parametrize("model", [1, 2])
+@pytest.mark.parametrize("translations", first_are_quick([True, False], 1))
+@pytest.mark.parametrize("fault", first_are_quick(FAULTS, 1))
+@pytest.mark.parametrize("model", first_are_quick([2, 1], 1))
 def test_slow_motion_has_the_mesh_forces_at_rest(elements, fault, model, translations):
     system = system_of(FAULTS[fault], model, elements, translations=translations)
     at_rest = mesh_forces_at_rest(system)
@@ -64,7 +64,14 @@ def test_slow_motion_has_the_mesh_forces_at_rest(elements, fault, model, transla
     assert np.abs(np.transpose(slow) - at_rest).max() < bound
 
 
-@pytest.mark.parametrize(("model", "error"), [(1, 1e-3), (2, 1e-3), ("coupled", 3e-3)])
+@pytest.mark.parametrize(
+    ("model", "error"),
+    [
+        (1, 1e-3),
+        (2, 1e-3),
+        pytest.param("coupled", 3e-3, marks=pytest.mark.slow),
+    ],
+)
 def test_a_sun_whose_faulty_teeth_meet_all_planets_at_once_has_its_tables_error(
     elements, model, error
 ):

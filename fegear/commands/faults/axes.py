@@ -173,13 +173,20 @@ class GearSetEdits:
         """A key with the number of its gear or mesh, which it may have by name."""
         kind, which, *path = name.split(".")
         entry, entries = find_entry(self.tables, kind, which), self.tables.get(kind)
-        if entry is None or not isinstance(entries, list):
+        if entry is None or not isinstance(entries, list) or self._is_expanded(kind):
             return name
         return ".".join([kind, str(1 + entries.index(entry)), *path])
 
     def _entry_path(self, fault: Fault, tooth: int) -> tuple[str, list[str]]:
         path = [] if fault.is_of_gear else [str(tooth)]
-        return f"gear.{self.gear}.{fault.key}", path
+        gear = str(self.gear)
+        if self._is_expanded("gear"):
+            gear = self.tables["gear"][self.gear - 1]["name"]
+        return f"gear.{gear}.{fault.key}", path
+
+    def _is_expanded(self, kind: str) -> bool:
+        """Whether tables of a kind count otherwise in the file, one for all planets."""
+        return kind == "gear" and "planetary" in self.tables
 
     def _table_value(self, key: str) -> Any:
         """What the file has for a key, None where it has nothing."""

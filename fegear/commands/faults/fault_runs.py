@@ -26,6 +26,7 @@ class FaultRuns:
     statuses : of the runs, periodic where they have signals
     sampling : of the run with the speed and the gears of the reference
     indicators : (r, c) by name, see `INDICATORS`
+    named_tooth : (r,) by all signals of a run, from 1; NaN where none can be named
     average : (r, c, p) over the turns of the gear
     values : (r, c, t) samples, or None where they are left out
     """
@@ -34,6 +35,7 @@ class FaultRuns:
     statuses: tuple[str, ...]
     sampling: Sampling
     indicators: Mapping[str, Array]
+    named_tooth: Array
     average: Array
     values: Array | None
 
@@ -65,6 +67,7 @@ class FaultRuns:
             tuple(statuses),
             sampling,
             {name: collected(name) for name in INDICATORS},
+            collected("named_tooth").reshape(len(runs), -1)[:, 0],
             collected("average"),
             collected("values") if has_values else None,
         )

@@ -82,6 +82,7 @@ class FaultSignalsResult(StudyResult):
                 for status in sorted(set(runs.statuses))
             },
             "random_points": study.random is not None,
+            "named_runs": self._named_runs,
             "signals": [self._signal_entry(c) for c in range(len(runs.names))],
             "warnings": list(self.facts.warnings),
         }
@@ -113,6 +114,16 @@ class FaultSignalsResult(StudyResult):
         }
 
     @property
+    def _named_runs(self) -> dict[str, int] | None:
+        """Runs with a faulty tooth by the tooth that all signals name."""
+        if "faulty_tooth" not in self.labels:
+            return None
+        named = self.runs.named_tooth[self._has_faulty_tooth]
+        tooth = self.labels["faulty_tooth"][self._has_faulty_tooth]
+        right, unsure = int((named == tooth).sum()), int(np.isnan(named).sum())
+        return {"right": right, "wrong": named.size - right - unsure, "unsure": unsure}
+
+    @property
     def _has_faulty_tooth(self) -> NDArray[np.bool_]:
         """Whether each run has signals of a gear with a faulty tooth."""
         tooth = self.labels.get("faulty_tooth", np.array(NO_TOOTH))
@@ -137,7 +148,11 @@ class FaultSignalsResult(StudyResult):
             for c, name in enumerate(runs.names)
             for key in INDICATORS
         }
-        status = {"settled": runs.settled, "status": np.array(runs.statuses)}
+        status = {
+            "settled": runs.settled,
+            "status": np.array(runs.statuses),
+            "named_tooth": runs.named_tooth,
+        }
         return {**self.labels, **status, **indicators}
 
     @property
@@ -265,6 +280,11 @@ class FaultSignalsResult(StudyResult):
                 f"{axis['largest']:.6g}"
             )
         yield RowTable(values["signals"], INDICATOR_COLUMNS, "indicators of the runs")
+        if counts := values["named_runs"]:
+            yield (
+                "tooth by all signals of a run: right in {right} of them, wrong in "
+                "{wrong}, not sure in {unsure}".format_map(counts)
+            )
 
 
 def _value_range(values: NDArray[Any]) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache, partial
 from hashlib import sha256
 from itertools import product
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,7 @@ from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
+from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.sampling import (
     Sampling,
     SignalEngagements,
@@ -57,6 +58,7 @@ from lumped.signals.sampling import (
     sample_signals,
 )
 from lumped.signals.sensors import signal_names
+from lumped.signals.tooth_verdict import tooth_of_run
 from lumped.steady.integration_settings import Settings
 from lumped.steady.maps import Axis
 from lumped.steady.respond import respond_confirmed
@@ -460,9 +462,9 @@ class RunComputations(Mapping[str, Callable[[], Arrays]]):
         except ValueError as error:
             return partial(status_arrays, f"impossible: {error}")
         noise = 0.01 * run.study.noise_percent
-        engagements = run.engagements
+        contacts = ToothContacts(run.engagements, run.contacts)
         frequency = run.study.frequency
-        options = noise, run.study.seed, engagements, self.problem.study.averages
+        options = noise, run.study.seed, contacts, self.problem.study.averages
         settings = run.integration
         return partial(evaluate_run, system, frequency, settings, sampling, *options)
 
@@ -495,6 +497,16 @@ def status_arrays(status: str) -> Arrays:
     return {"status": np.frombuffer(status.encode(), np.uint8)}
 
 
+class ToothContacts(NamedTuple):
+    """Contact of a gear's teeth over its turn.
+
+    by_signal : see `residual_indicators`; by_mesh : see `tooth_of_run`
+    """
+
+    by_signal: SignalEngagements
+    by_mesh: Mapping[int, Engagement]
+
+
 def evaluate_run(
     system: LumpedSystem,
     frequency: float,
@@ -502,14 +514,14 @@ def evaluate_run(
     sampling: Sampling,
     noise: float,
     seed: int,
-    engagements: SignalEngagements,
+    contacts: ToothContacts,
     averages: bool,
 ) -> Arrays:
     """Signals and indicators of a run; its status alone where it does not repeat.
 
     frequency : of the first mesh [Hz]
     noise : standard deviation over that of each signal; seed : of it
-    engagements : of the gear's teeth by signals, see `residual_indicators`
+    contacts : of the gear's teeth
     averages : whether signals are left out
     """
     try:
@@ -519,12 +531,14 @@ def evaluate_run(
     if not response.multiple:
         return status_arrays(str(response.status))
     sampled = sample_signals(system, response, settings, sampling, noise, seed)
+    tooth = tooth_of_run(system, sampled, sampling, contacts.by_mesh)
     indicators = {
         "rms": sampled.values.std(axis=0),
-        **residual_indicators(sampled.average, sampled.names, engagements),
+        **residual_indicators(sampled.average, sampled.names, contacts.by_signal),
     }
     arrays = {
         **status_arrays(str(response.status)),
+        "named_tooth": np.array([np.nan if tooth is None else float(tooth)]),
         "names": np.frombuffer("\n".join(sampled.names).encode(), np.uint8),
         "average": sampled.average.values.T,
         **indicators,

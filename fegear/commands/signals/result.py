@@ -62,6 +62,7 @@ class SignalsResult(StudyResult):
     teeth_differ : whether some tooth of the gear set differs from others
     sensor : on the ring of a planetary set, None of others
     separated : averages of it over the teeth of the sun and of each planet
+    named_tooth : faulty tooth of the gear by all signals, None where none can be named
     """
 
     study: Any
@@ -81,6 +82,7 @@ class SignalsResult(StudyResult):
     teeth_differ: bool
     sensor: RingSensor | None = None
     separated: tuple[SeparatedGear, ...] = ()
+    named_tooth: int | None = None
 
     @cached_property
     def averages(self) -> GearAverages:
@@ -116,6 +118,7 @@ class SignalsResult(StudyResult):
             "pulses_per_turn": study.pulses,
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
+            "named_tooth": self.named_tooth if self._may_differ else None,
             "signals": self.averages.entries,
             **self._sensor_entries,
             "warnings": [*self.facts.warnings, *self._disagreement()],
@@ -147,8 +150,13 @@ class SignalsResult(StudyResult):
 
         None of teeth that are alike where there is no noise: residuals are numerical.
         """
-        if self.teeth_differ or self.study.noise_percent:
+        if self._may_differ:
             yield from self.averages.disagreement()
+
+    @property
+    def _may_differ(self) -> bool:
+        """Whether residuals are more than numerical."""
+        return bool(self.teeth_differ or self.study.noise_percent)
 
     def _driver_rpm(self, mesh_frequency: Any) -> Any:
         """Speed of the gear [rpm] at a frequency of the first mesh [Hz]."""
@@ -298,6 +306,12 @@ class SignalsResult(StudyResult):
         yield indicators_table(values["signals"])
         if self.sensor is not None:
             yield from self._sensor_lines(values)
+        if self._may_differ and not self.study.is_ramp:
+            tooth = values["named_tooth"]
+            yield (
+                f"faulty tooth of {self.gear.name} by all signals: "
+                + ("not sure" if tooth is None else str(tooth))
+            )
         if self.study.is_ramp:
             yield (
                 "a torque in addition to the loads takes up the inertial forces of "

@@ -33,6 +33,7 @@ from lumped.signals.indicators import na4, window_averages
 from lumped.signals.orders import order_map
 from lumped.signals.ring_sensor import FORCE
 from lumped.signals.sampling import SampledSignals, sample_signals
+from lumped.signals.tooth_verdict import tooth_of_run
 from lumped.steady.motion import DivergedError, bounded_response
 from lumped.steady.steady_state import Diverged
 from lumped.steady.truncation_check import check_truncation
@@ -148,6 +149,7 @@ class SignalsProblem(SampledProblem):
             teeth_differ=max(pair_periods(self.gears)) > 1,
             sensor=self.sensor,
             separated=self._separated(sampled),
+            named_tooth=tooth_of_run(self.system, sampled, sampling, self.contacts),
         )
 
     def _separated(self, sampled: SampledSignals) -> tuple[SeparatedGear, ...]:

@@ -20,6 +20,7 @@ from fegear.studies.trains.one_speed import OneSpeedProblem, OneSpeedStudy
 from fegear.studies.trains.speeds import FREQUENCY, RPM, RPM_HELP, with_frequencies
 from fegear.studies.trains.train_problem import MOTION_PERIODS
 from fegear.studies.trains.turning_gears import (
+    contacts_of,
     engagements_of,
     meshing_gears,
     tooth_at_pitch_point,
@@ -291,6 +292,11 @@ class SampledProblem(OneSpeedProblem):
         """Contact of the gear's teeth by signals, see `engagements_of`."""
         names = signal_names(self.system)
         return engagements_of(self.gears, self.turning, names)
+
+    @property
+    def contacts(self) -> dict[int, Engagement]:
+        """Contact of the gear's teeth over a turn, by its meshes."""
+        return contacts_of(self.gears, self.turning)
 
 
 def require_sensor_settings(gears: GearSet, study: SignalsStudy) -> None:

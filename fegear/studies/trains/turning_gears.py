@@ -97,4 +97,13 @@ def engagement_of(gears: GearSet, turning: TurningGear, mesh: int) -> Engagement
         end=end,
         drives=gears.meshes[mesh].driver == turning.index,
         teeth=1 + tooth_in_cycles(gears, mesh, turning.index, pitches),
+        overlap=gears.overlap_ratio(mesh),
     )
+
+
+def contacts_of(gears: GearSet, turning: TurningGear) -> dict[int, Engagement]:
+    """Contact of the gear's teeth over a turn, by its meshes."""
+    return {
+        mesh: engagement_of(gears, turning, mesh)
+        for mesh in gears.meshes_of[turning.index]
+    }
