@@ -189,12 +189,14 @@ class _Side:
             neighbour = (first - 1 if self.drives else first + count) % teeth
             tips = {tip.tooth: tip for tip in self.gear.faults.broken_tips}
             ratio = self.contact_ratio(tips.get(neighbour))
-            if not ratio >= count + 1:
+            # tip corners of the teeth before and after reach half a base pitch past
+            # the path of contact each
+            if not ratio >= count:
                 row = f"tooth {first + 1}" if count == 1 else f"{count} teeth in a row"
                 raise InputError(
                     f"{name}: missing_teeth: {row}; at a contact ratio of "
                     f"{floored(ratio)} in {where} the teeth before and after cannot "
-                    f"carry the load, at least {count + 1} is needed"
+                    f"carry the load by their tips, at least {count} is needed"
                 )
 
 
