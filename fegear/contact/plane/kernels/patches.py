@@ -116,6 +116,10 @@ def place_patch(mesh, flanks, patch, s1):
         # levers and gaps are those where the flanks touch, the driver turned so far
         turn_driver(mesh, patch, s1, min(patch.closing_ste, MAX_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
+    elif off_path:
+        set_contact(mesh, flanks, patch, off_path, 0.0)
+        if patch.present:
+            turn_driver(mesh, patch, s1, patch.closing_ste)
     set_contact(mesh, flanks, patch, off_path, patch.extra_gap)
 
 
