@@ -32,14 +32,12 @@ class RigidPair:
         theta : from where both flanks pass the pitch point
         """
         roll = math.tan(self.working) + theta
-        if roll <= 0.0:
-            return math.inf
         line = sum(self.rb) * math.tan(self.working)
         radius = self.rb[0] * math.hypot(1.0, roll)
         mate = math.hypot(self.rb[1], line - self.rb[0] * roll)
-        if radius <= self.ra[0] and mate <= self.ra[1]:
+        if roll > 0.0 and radius <= self.ra[0] and mate <= self.ra[1]:
             return 0.0
-        if radius > self.ra[0]:
+        if roll > 0.0 and radius > self.ra[0]:
             return self._tip_of_driver(theta)
         return self._tip_of_driven(theta)
 
@@ -77,7 +75,5 @@ class RigidPair:
 
         missing : pitches of the pair that is not there
         """
-        lags = [
-            self.lag(theta + k * pitch) for k in range(-3, 4) if k not in missing
-        ]
+        lags = [self.lag(theta + k * pitch) for k in range(-3, 4) if k not in missing]
         return min(lags)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -24,6 +25,21 @@ PATCHES = PlaneContact()
 
 class ContactFailure(ArithmeticError):
     """A contact problem without a finite, converged solution."""
+
+
+class OpenContact(ContactFailure):
+    """No flanks face each other.
+
+    position : base pitches from the pitch point of the mesh's first reference pair
+    """
+
+    def __init__(self, problem: ContactProblem, position: float) -> None:
+        angle = math.degrees(problem.pair.driver.pitch_angle * position)
+        super().__init__(
+            f"no teeth touch at position {position:.5g} base pitches, {angle:.5g} deg "
+            "of the driver: those before and after missing teeth do not reach each "
+            "other there, and gears under torque do not rest"
+        )
 
 
 class MeshPositions(NamedTuple):

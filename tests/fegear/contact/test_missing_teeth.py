@@ -29,7 +29,10 @@ def random_pair(seed):
             "hub_radius_mm": 12.0,
         }
         for name, z, shift, pressure in zip(
-            "ab", teeth, rng.uniform(-0.1, 0.2, 2), [rng.uniform(18.0, 24.0)] * 2,
+            "ab",
+            teeth,
+            rng.uniform(-0.1, 0.2, 2),
+            [rng.uniform(18.0, 24.0)] * 2,
             strict=True,
         )
     ]

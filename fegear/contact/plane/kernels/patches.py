@@ -25,11 +25,12 @@ from fegear.contact.plane.kernels.flanks import (
 from fegear.elasticity.flank_grid import beyond_first, place_stencil
 from lumped.common.compiled import compiled_part
 
-CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
+CORNER_RANGE = 0.75  # base pitches off the path in which corners may touch
 CORNER_OVERLAP = 2e-3  # of a flank's length, beyond the tip where an edge still touches
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
 CORNER_WIDTH = 1.5  # of a corner's contact, over load times compliance over angle
 MIN_CORNER_WIDTH = 1e-6  # of that of the flanks, so that a grazing corner has nodes
+TIP_RTOL = 1e-12  # of a roll length, by which it may be on either side of a tip
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
@@ -85,6 +86,11 @@ def curvature_radius(flank, line, s):
 def place_patch(mesh, flanks, patch, s1):
     """Find one pair's closest point; s1 is the driver's nominal roll length."""
     patch.master = 0 if s1 >= mesh.pitch_point else 1
+    rolls = s1, mesh.line_of_action - s1
+    mate = 1 - patch.master
+    is_mate_past = is_past_tip(flanks, rolls, mate, -TIP_RTOL)
+    if is_mate_past and not is_past_tip(flanks, rolls, patch.master, -TIP_RTOL):
+        patch.master = mate  # whose tip is broken off below the pitch point
     patch.present, patch.closing_ste = False, NO_FLANK_GAP
     patch.is_fitted = False
     patch.sliding_sign = np.sign(mesh.pitch_point - s1)
@@ -102,7 +108,7 @@ def place_patch(mesh, flanks, patch, s1):
         patch.master = 1 - patch.master
         turn_driver(mesh, patch, s1, 0.0)
     corner = master.corner_roll
-    off_path = nominal > corner + 1e-12 * abs(corner)
+    off_path = is_past_tip(flanks, rolls, patch.master, TIP_RTOL)
     if off_path and not mesh.corner_contact:
         return
     if nominal > corner + CORNER_RANGE * mesh.base_pitch:
@@ -121,6 +127,16 @@ def place_patch(mesh, flanks, patch, s1):
         if patch.present:
             turn_driver(mesh, patch, s1, patch.closing_ste)
     set_contact(mesh, flanks, patch, off_path, patch.extra_gap)
+
+
+@compiled_part
+def is_past_tip(flanks, rolls, gear, margin):
+    """Whether a gear's flank would cross the line of action beyond its tip corner.
+
+    margin : of its roll length
+    """
+    corner = flanks[gear].corner_roll
+    return rolls[gear] > corner + margin * abs(corner)
 
 
 @compiled_part
