@@ -10,15 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fegear.contact.offset_centers import back_lead
-from fegear.contact.plane.kernels.patches import CORNER_RANGE
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import CORNER_RANGE, ContactProblem
 from lumped.common.array_types import Array, Indices
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
-
-# Base pitches off the path at which a pair is no farther from contact than another,
-# where all teeth are there
-TEETH_ALIKE_RANGE = 0.5
 
 
 class PairTeeth(NamedTuple):
@@ -31,9 +26,7 @@ class PairTeeth(NamedTuple):
 def candidate_pairs(problem: ContactProblem, position: Array) -> Indices:
     """Pairs that may touch at some position, the reference pair first."""
     start, end = problem.pair.path
-    flanks = problem.driver, problem.driven
-    is_missing = any(f.faults is not None and f.faults.missing for f in flanks)
-    reach = CORNER_RANGE if is_missing else TEETH_ALIKE_RANGE
+    reach = problem.corner_range or CORNER_RANGE
     low = math.ceil(start - reach - float(position.max()))
     high = math.floor(end + reach - float(position.min()))
     return np.array(sorted(range(low, high + 1), key=lambda k: (abs(k), k)), np.int64)

@@ -22,6 +22,10 @@ from meshes import GearPair
 
 PATCHES = PlaneContact()
 
+# Base pitches off the path within which corners may touch: where the next pair takes
+# over at the latest, and where teeth are missing or broken beside them
+CORNER_RANGE, LONE_CORNER_RANGE = 0.5, 0.75
+
 
 class ContactFailure(ArithmeticError):
     """A contact problem without a finite, converged solution."""
@@ -115,6 +119,15 @@ class ContactProblem(ShortRepr):
     def flanks(self) -> tuple[ContactFlank, ContactFlank]:
         """Flanks of driver and driven gear."""
         return self.driver, self.driven
+
+    @property
+    def corner_range(self) -> float:
+        """Base pitches off the path within which corners may touch, 0 if none do."""
+        if not self.corner_contact:
+            return 0.0
+        faults = [flank.faults for flank in self.flanks if flank.faults is not None]
+        is_lone = any(one.missing or one.has_broken_tips for one in faults)
+        return LONE_CORNER_RANGE if is_lone else CORNER_RANGE
 
     @property
     def leads(self) -> tuple[FlankLead | None, FlankLead | None]:

@@ -376,7 +376,9 @@ class StiffnessResult(StudyResult):
         cycle, flanks = self.solved.cycle, self.solved.problem.flanks
         fallen = np.ptp(cycle.no_load[0])
         damaged = [f.faults for f in flanks if f.faults is not None]
-        if fallen > MIN_FALL and any(one.missing or one.corners for one in damaged):
+        if fallen > MIN_FALL and any(
+            one.missing or one.has_broken_tips for one in damaged
+        ):
             position = self.solved.table.position[cycle.no_load[0].argmax()]
             share = fallen / self.solved.problem.pair.base_pitch
             yield (

@@ -25,7 +25,6 @@ from fegear.contact.plane.kernels.flanks import (
 from fegear.elasticity.flank_grid import beyond_first, place_stencil
 from lumped.common.compiled import compiled_part
 
-CORNER_RANGE = 0.75  # base pitches off the path in which corners may touch
 CORNER_OVERLAP = 2e-3  # of a flank's length, beyond the tip where an edge still touches
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
 CORNER_WIDTH = 1.5  # of a corner's contact, over load times compliance over angle
@@ -88,9 +87,11 @@ def place_patch(mesh, flanks, patch, s1):
     patch.master = 0 if s1 >= mesh.pitch_point else 1
     rolls = s1, mesh.line_of_action - s1
     mate = 1 - patch.master
-    is_mate_past = is_past_tip(flanks, rolls, mate, -TIP_RTOL)
-    if is_mate_past and not is_past_tip(flanks, rolls, patch.master, -TIP_RTOL):
-        patch.master = mate  # whose tip is broken off below the pitch point
+    is_broken = flanks[mate].tip_arc > 0.0 and is_past_tip(
+        flanks, rolls, mate, -TIP_RTOL
+    )
+    if is_broken and not is_past_tip(flanks, rolls, patch.master, -TIP_RTOL):
+        patch.master = mate  # it ends below the pitch point
     patch.present, patch.closing_ste = False, NO_FLANK_GAP
     patch.is_fitted = False
     patch.sliding_sign = np.sign(mesh.pitch_point - s1)
@@ -108,11 +109,12 @@ def place_patch(mesh, flanks, patch, s1):
         patch.master = 1 - patch.master
         turn_driver(mesh, patch, s1, 0.0)
     corner = master.corner_roll
-    off_path = is_past_tip(flanks, rolls, patch.master, TIP_RTOL)
-    if off_path and not mesh.corner_contact:
+    off_path = nominal > corner + TIP_RTOL * abs(corner)
+    way_off = nominal - corner
+    if off_path and (
+        mesh.corner_range == 0.0 or way_off > mesh.corner_range * mesh.base_pitch
+    ):
         return
-    if nominal > corner + CORNER_RANGE * mesh.base_pitch:
-        return  # farther off, the point may lie behind the mate's base circle
     patch.arc = max(master.tip_arc, arc_of_roll(master, nominal))
     if is_relieved(master) or is_relieved(slave):
         find_closest(mesh, flanks, patch, 0.1, COARSE_ARC_RTOL)
@@ -147,7 +149,7 @@ def place_edge_patch(mesh, flanks, patch, s1):
     gear becomes the master, whose patch ends at the edge.
     """
     nominal, edge = patch.crossings[1], flanks[1 - patch.master].undercut_roll
-    if not mesh.corner_contact or nominal < edge - CORNER_RANGE * mesh.base_pitch:
+    if mesh.corner_range == 0.0 or nominal < edge - mesh.corner_range * mesh.base_pitch:
         return
     patch.master = 1 - patch.master
     patch.arc = flanks[patch.master].length
