@@ -118,7 +118,7 @@ def _one_side(
     if not position.size:
         return Instants(np.empty(0, np.int64), *_nothing())
     whole = np.floor(position)
-    teeth = candidate_pairs(problem.pair, position - whole)
+    teeth = candidate_pairs(problem, position - whole)
     passed = teeth - whole.astype(np.int64)[:, None]
     gaps = pair_gaps(problem, passed, back == 1)
     place, lines, offset = moved_lines(

@@ -85,9 +85,8 @@ def with_faults(r: random.Random, tables: Tables) -> Tables:
         if r.random() < 0.3:
             continue
         for key in r.sample(list(ENTRIES), r.choice([0, 1, 1, 1, 1, 2])):
-            is_tall = tables.get("defaults", {}).get("addendum_mm") == TALL
-            if key == "missing_teeth" and r.random() < (0.2 if is_tall else 0.9):
-                continue  # refused by all but teeth of a large contact ratio
+            if key == "missing_teeth" and r.random() < 0.5:
+                continue  # many in a row are refused by statics
             count = r.choice([1, 1, 1, 1, 1, 1, 2, 6])
             gear[key] = [ENTRIES[key](r, gear) for _ in range(count)]
         if r.random() < 0.3:

@@ -26,6 +26,7 @@ from fegear.contact.plane.solve import solve_drive_side
 from fegear.contact.problem import ContactProblem
 from fegear.contact.width.contact import WidthContact
 from fegear.elasticity.flank_grid import flank_stencils
+from fegear.gearset.pitch_errors import OPEN_GAP
 from lumped.common.array_types import Array, Indices
 
 N_INTERVALS = 32  # of penetration in a load curve, denser toward zero
@@ -34,7 +35,6 @@ PAIR_RANGE_FACTOR = 3.0
 # penetration at which the load's centre is taken
 REPRESENTATIVE_INDEX = N_INTERVALS // 3
 MAX_CACHED = 32  # load curves of sides of meshes, of some 0.3 MB each
-OPEN_GAP = 1e-2  # [m] beyond any deflection
 NOMINAL, REVERSED = 0, 1  # friction
 
 
@@ -129,7 +129,7 @@ def _solve_load_curves(request: _Request) -> PairLoadCurves:
     if isinstance(side.solver, WidthContact):
         reach = max_penetration, back
         return _solve_over_width(side, side.solver, side_position, reach)
-    candidate_teeth = candidate_pairs(problem.pair, side_position)
+    candidate_teeth = candidate_pairs(problem, side_position)
     unloaded_flanks = _solve_unloaded_flanks(problem, candidate_teeth, side_position)
     penetration = max_penetration * np.linspace(0.0, 1.0, N_INTERVALS + 1) ** 2
     gap = unloaded_flanks.gap

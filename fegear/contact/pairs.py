@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from fegear.contact.offset_centers import back_lead
-from fegear.contact.problem import ContactProblem
+from fegear.contact.problem import CORNER_RANGE, ContactProblem
 from lumped.common.array_types import Array, Indices
 from lumped.train.pitch_errors import pair_gaps as tooth_pair_gaps
 from meshes import GearPair
@@ -23,11 +23,12 @@ class PairTeeth(NamedTuple):
     driven: Indices
 
 
-def candidate_pairs(pair: GearPair, position: Array) -> Indices:
+def candidate_pairs(problem: ContactProblem, position: Array) -> Indices:
     """Pairs that may touch at some position, the reference pair first."""
-    start, end = pair.path
-    low = math.ceil(start - 0.5 - float(position.max()))
-    high = math.floor(end + 0.5 - float(position.min()))
+    start, end = problem.pair.path
+    reach = problem.corner_range or CORNER_RANGE
+    low = math.ceil(start - reach - float(position.max()))
+    high = math.floor(end + reach - float(position.min()))
     return np.array(sorted(range(low, high + 1), key=lambda k: (abs(k), k)), np.int64)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,9 +22,28 @@ from meshes import GearPair
 
 PATCHES = PlaneContact()
 
+# Base pitches off the path within which corners may touch: where the next pair takes
+# over at the latest, and where teeth are missing or broken beside them
+CORNER_RANGE, LONE_CORNER_RANGE = 0.5, 0.75
+
 
 class ContactFailure(ArithmeticError):
     """A contact problem without a finite, converged solution."""
+
+
+class OpenContact(ContactFailure):
+    """No flanks face each other.
+
+    position : base pitches from the pitch point of the mesh's first reference pair
+    """
+
+    def __init__(self, problem: ContactProblem, position: float) -> None:
+        angle = math.degrees(problem.pair.driver.pitch_angle * position)
+        super().__init__(
+            f"no teeth touch at position {position:.5g} base pitches, {angle:.5g} deg "
+            "of the driver: those before and after missing teeth do not reach each "
+            "other there, and gears under torque do not rest"
+        )
 
 
 class MeshPositions(NamedTuple):
@@ -99,6 +119,15 @@ class ContactProblem(ShortRepr):
     def flanks(self) -> tuple[ContactFlank, ContactFlank]:
         """Flanks of driver and driven gear."""
         return self.driver, self.driven
+
+    @property
+    def corner_range(self) -> float:
+        """Base pitches off the path within which corners may touch, 0 if none do."""
+        if not self.corner_contact:
+            return 0.0
+        faults = [flank.faults for flank in self.flanks if flank.faults is not None]
+        is_lone = any(one.missing or one.has_broken_tips for one in faults)
+        return LONE_CORNER_RANGE if is_lone else CORNER_RANGE
 
     @property
     def leads(self) -> tuple[FlankLead | None, FlankLead | None]:

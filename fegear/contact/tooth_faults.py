@@ -137,6 +137,11 @@ class ToothFaults:
             changes[:, p, q] = block
         return changes
 
+    @property
+    def has_broken_tips(self) -> bool:
+        """Whether tips or corners of teeth are broken off."""
+        return bool(self.corners or self.broken_corners)
+
     def is_missing(self, teeth: Indices) -> NDArray[np.bool_]:
         """Whether teeth, as from `different`, are not there."""
         return np.isin(teeth, sorted(self.missing))

@@ -23,6 +23,8 @@ from lumped.train.pitch_errors import pair_errors
 
 Errors = tuple[float, ...]
 
+OPEN_GAP = 1e-2  # [m] beyond any deflection
+
 
 def mesh_errors(gear_set: GearSet, number: int) -> tuple[Errors, Errors]:
     """Errors of driver and driven gear [m], empty for a gear without any.
@@ -65,6 +67,20 @@ def tooth_in_cycles(
 def tooth_pair_errors(gear_set: GearSet, number: int) -> Array:
     """Gaps of a mesh's tooth pairs (n,) [m] until they repeat; empty without errors."""
     return pair_errors(*mesh_errors(gear_set, number))
+
+
+def missing_pair_gaps(gear_set: GearSet, number: int) -> Array:
+    """Gaps of a mesh's tooth pairs (n,) [m] until they repeat, by missing teeth alone.
+
+    Wide open where a tooth of the pair is missing, else 0.
+    """
+    gaps: list[Errors] = []
+    for gear in gear_set.meshes[number].gears:
+        missing = gear_set.gears[gear].faults.missing
+        cycles = np.arange(gear_set.gears[gear].geometry.teeth)
+        teeth = tooth_in_cycles(gear_set, number, gear, cycles)
+        gaps.append(tuple(OPEN_GAP if tooth in missing else 0.0 for tooth in teeth))
+    return pair_errors(*gaps)
 
 
 def require_room(gear_set: GearSet) -> None:

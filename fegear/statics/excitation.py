@@ -8,18 +8,23 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from fegear.contact.problem import OpenContact
 from fegear.files.errors import InputError
 from fegear.gearset.faults.checks import require_no_faults, without_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS, FaultKind
 from fegear.gearset.leads import require_no_width_gap
 from fegear.gearset.model import GearSet
-from fegear.gearset.pitch_errors import tooth_pair_errors, without_pitch_errors
+from fegear.gearset.pitch_errors import (
+    missing_pair_gaps,
+    tooth_pair_errors,
+    without_pitch_errors,
+)
 from fegear.gearset.unmodified import has_faults, unmodified, without_relief
 from fegear.statics.excitation_settings import ExcitationSettings
 from fegear.statics.gap_points import gap_points
 from fegear.statics.inputs import statics_inputs
 from lumped.train.analytic import StiffnessParameters, analytic_excitation
-from lumped.train.excitation import MeshExcitation
+from lumped.train.excitation import MeshExcitation, with_more_gaps
 from lumped.train.excitation_tables import excitation_from_table, repeat_table
 from lumped.train.table import MeshTable, pair_names, pair_teeth
 
@@ -138,7 +143,10 @@ class Excitations:
         self, gear_set: GearSet, mesh: int, torque: float, model: int
     ) -> MeshExcitation:
         if model == 1:
-            return self._excitation_of_pairs(gear_set, mesh, torque)
+            try:
+                return self._excitation_of_pairs(gear_set, mesh, torque)
+            except OpenContact:
+                return self._excitation_with_gaps(gear_set, mesh, torque)
         table = self.table(gear_set, mesh, torque)
         # pairs that differ share less of the load: the stiffness of Model-3 varies
         plain_set = (without_relief if model == 3 else unmodified)(gear_set, mesh)
@@ -176,6 +184,22 @@ class Excitations:
         return excitation_from_table(
             table, torque, 1, stiffness, errors, relief_stiffness
         )
+
+    def _excitation_with_gaps(
+        self, gear_set: GearSet, mesh: int, torque: float
+    ) -> MeshExcitation:
+        """Model-1 of gears that fly where no teeth touch, without their corners there.
+
+        Gears without missing teeth, of which those pairs are wide open.
+        """
+        whole_set = without_faults(gear_set, ("missing",))
+        excitation = self._excitation_of_pairs(whole_set, mesh, torque)
+        gaps = missing_pair_gaps(gear_set, mesh)
+        pairs = (
+            replace(pair, gap=with_more_gaps(pair.gap, pair.ahead or 0, gaps))
+            for pair in excitation.pairs
+        )
+        return replace(excitation, pairs=tuple(pairs))
 
     def _repeated_table(
         self,

@@ -171,13 +171,16 @@ def kinematic_error(gear_set: GearSet, number: int) -> float:
 
     number : of the mesh, from 0
 
-    By eccentricity, pitch errors and, in a planetary set, errors of the pins.
+    By eccentricity, pitch errors and, in a planetary set, errors of the pins. Where
+    teeth are missing a gear flies, by less than half a base pitch.
     """
     mesh, carrier = gear_set.meshes[number], gear_set.carrier
     eccentricity = sum(gear_set.gears[gear].faults.eccentricity for gear in mesh.gears)
     pitch = np.abs(tooth_pair_errors(gear_set, number)).max(initial=0.0)
     pins = max(map(abs, carrier.position_errors), default=0.0) if carrier else 0.0
-    return float(eccentricity + pitch + pins)
+    is_missing = any(gear_set.gears[gear].faults.missing for gear in mesh.gears)
+    flight = 0.5 * mesh.pair.base_pitch if is_missing else 0.0
+    return float(eccentricity + pitch + pins + flight)
 
 
 def mesh_warnings(

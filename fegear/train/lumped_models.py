@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from fegear.boundary import public
+from fegear.contact.problem import OpenContact
 from fegear.files.errors import InputError
 from fegear.gearset.lumped_train import train_of, with_efficiency
 from fegear.gearset.model import GearSet
@@ -153,7 +154,10 @@ def rest_references(
         if isinstance(source, GivenTables):
             table = source.tables[mesh][1]
         elif isinstance(source, Excitations) and source.settings.kind == "fe":
-            table = source.table(set_without_errors, mesh, torque)
+            try:
+                table = source.table(set_without_errors, mesh, torque)
+            except OpenContact:
+                table = None  # gears that fly do not rest
         static_error = None
         if torque > 0.0 and table is not None and "ste_m" in table.columns:
             static_error = column_at_torque(table, "ste_m", torque)

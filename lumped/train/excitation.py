@@ -113,3 +113,14 @@ def with_pitch_errors(gap: Wave, ahead: int, errors: Array) -> Wave:
     """
     # pairs ahead came into contact earlier
     return replace(gap, offsets=np.roll(errors, ahead)) if errors.size else gap
+
+
+def with_more_gaps(gap: Wave, ahead: int, gaps: Array) -> Wave:
+    """Gap of the pairs that are `ahead`, by further gaps (n,) [m] of tooth pairs.
+
+    gaps : as errors of `with_pitch_errors`
+    """
+    offsets = gap.offsets if gap.offsets.size else np.zeros(1)
+    number = np.arange(math.lcm(offsets.size, gaps.size))
+    further = np.roll(gaps, ahead)[number % gaps.size]
+    return replace(gap, offsets=offsets[number % offsets.size] + further)

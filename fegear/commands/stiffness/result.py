@@ -30,6 +30,9 @@ from fegear.studies.result import Draw, StudyResult
 from fegear.studies.table import Table
 from lumped.train.table import MeshTable
 
+# Way without load [m] above which it is said, far above that of round-off
+MIN_FALL = 1e-7
+
 COLUMNS: Columns = {
     "torque\nN m": lambda row: f"{row['torque_Nm']:g}",
     "mean k\n1e8 N/m": cell("mean_stiffness_N_per_m", 5, 1e-8),
@@ -368,6 +371,22 @@ class StiffnessResult(StudyResult):
             )
         return f"for vibration in other programs take local k, the slope; {mean}"
 
+    def _fallen_back(self) -> Iterator[str]:
+        """How far gears fall back where tips carry in place of damaged teeth."""
+        cycle, flanks = self.solved.cycle, self.solved.problem.flanks
+        fallen = np.ptp(cycle.no_load[0])
+        damaged = [f.faults for f in flanks if f.faults is not None]
+        if fallen > MIN_FALL and any(
+            one.missing or one.has_broken_tips for one in damaged
+        ):
+            position = self.solved.table.position[cycle.no_load[0].argmax()]
+            share = fallen / self.solved.problem.pair.base_pitch
+            yield (
+                "beside damaged teeth tip corners carry past the path of contact: "
+                f"without load the driver runs ahead by up to {1e3 * fallen:.4g} mm, "
+                f"{100.0 * share:.3g} % of the base pitch, at position {position:.5g}"
+            )
+
     def page(self) -> Page:
         values = self.summary
         yield (
@@ -386,6 +405,7 @@ class StiffnessResult(StudyResult):
                 f"pairs repeat after {values['base_pitches']} base pitches: all of "
                 "them are in the table"
             )
+        yield from self._fallen_back()
         yield RowTable(values["torques"], COLUMNS, text_columns=())
         yield self._carried_over()
         yield RowTable(values["torques"], STRESS_COLUMNS, STRESS_TITLE, text_columns=())

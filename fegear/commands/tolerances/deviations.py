@@ -121,7 +121,7 @@ class ToleranceProblem:
         """Base pitches by which tooth pairs (k,) are ahead of the reference pair."""
         if isinstance(self.contact.solver, WidthContact):
             return pairs_over_width(self.contact, self.contact.solver, self.position)
-        return candidate_pairs(self.contact.pair, self.position)
+        return candidate_pairs(self.contact, self.position)
 
     @cached_property
     def variables(self) -> tuple[str, ...]:

@@ -128,7 +128,7 @@ def solve_variants(
     from fegear.contact.plane.kernels import cycle
     from fegear.contact.plane.kernels.flanks import NO_FLANK_GAP
 
-    teeth = candidate_pairs(problem.pair, position)
+    teeth = candidate_pairs(problem, position)
     shape = variants.count, position.size
     rows = np.zeros(shape, cycle.ROW).view(np.recarray)
     cells = np.zeros((1, position.size, teeth.size), cycle.CELL).view(np.recarray)

@@ -113,7 +113,7 @@ def kernel_inputs(problem: ContactProblem) -> tuple[np.record, np.recarray, Arra
         pair.pitch_point,
         pair.base_pitch,
         problem.friction,
-        problem.corner_contact,
+        problem.corner_range,
     )
     gears = (pair.driver, pair.driven)
     lowest_roll_lengths = lowest_rolls(problem)

@@ -18,7 +18,12 @@ from fegear.contact.plane.runs import (
     solve_pairs,
     workspace,
 )
-from fegear.contact.problem import ContactFailure, ContactProblem, MeshPositions
+from fegear.contact.problem import (
+    ContactFailure,
+    ContactProblem,
+    MeshPositions,
+    OpenContact,
+)
 from fegear.contact.result import ContactCycle, FaceLoads
 from fegear.gearset.modifications import LEAD_SIZES
 from lumped.common.array_types import Array, Indices
@@ -57,7 +62,7 @@ def run_kernel(
     place, lines, offset_gap = moved_lines(
         problem.pair, problem.offsets, position, passed_pitches, back
     )
-    teeth = candidate_pairs(problem.pair, place)
+    teeth = candidate_pairs(problem, place)
     numbers = teeth - passed_pitches[:, None]
     gaps = pair_gaps(problem, numbers, back) + offset_gap[:, None]
     targets = kernel_torques(problem, torque, position.size)
@@ -72,6 +77,7 @@ def run_kernel(
         solved = _solve_groups(
             problem, teeth, gaps, place, targets, (different, common)
         )
+    _require_contact(problem, solved.rows, position + passed_pitches)
     _require_solved(solved.rows, torque, position)
     return solved
 
@@ -180,6 +186,16 @@ def solve_drive_side(
             f"{ste[n]:g} m: status {rows.status[n]}"
         )
     return rows, cells
+
+
+def _require_contact(
+    problem: ContactProblem, rows: np.recarray, position: Array
+) -> None:
+    from fegear.contact.plane.kernels.flanks import NO_FLANK_GAP
+
+    is_open = (rows.no_load >= NO_FLANK_GAP).any(axis=0)
+    if is_open.any():
+        raise OpenContact(problem, float(position[is_open.argmax()]))
 
 
 def _require_solved(rows: np.recarray, torque: Array, position: Array) -> None:

@@ -274,7 +274,7 @@ def pairs_over_width(
     """Pairs that may touch somewhere over the width at some of the positions."""
     half = 0.5 * problem.pair.overlap_ratio(face.width)
     reached = np.array([positions.min() - half, positions.max() + half])
-    return candidate_pairs(problem.pair, reached)
+    return candidate_pairs(problem, reached)
 
 
 def _curvature_radius(gear: SpurGear, rolls: Array, least: float) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 
 from fegear.contact.offset_centers import moved_lines
 from fegear.contact.pairs import PairTeeth, different_teeth, pair_gaps
-from fegear.contact.problem import ContactFailure, ContactProblem, MeshPositions
+from fegear.contact.problem import ContactProblem, MeshPositions, OpenContact
 from fegear.contact.result import ContactCycle, FaceLoads, empty_values
 from fegear.contact.width.compliance import TINY
 from fegear.contact.width.contact import WidthContact
@@ -76,7 +76,7 @@ def solve_over_width(
         ]
         no_load = float(lines.gap.min())
         if not math.isfinite(no_load):
-            raise ContactFailure(f"no flanks face each other at position {position:g}")
+            raise OpenContact(problem, float(position + places.pitch[n]))
         start = slices = None
         for t in order:
             torque = float(torques[t])

@@ -117,14 +117,14 @@ def _spalls(entry: GearEntry, flank: Zones, where: str) -> Iterator[Spall]:
 
 
 def _broken_tips(entry: GearEntry, teeth: SpurGear, where: str) -> Iterator[BrokenTip]:
-    """Broken tips and corners; of a corner the flank is left below it."""
+    """Broken tips and corners, below which flank is left."""
     most = abs(teeth.tip_radius - teeth.form_radius) / MM
     for position, tip in enumerate(entry.broken_tips, 1):
-        if tip.length_mm is not None and not tip.height_mm <= most:
+        if not tip.height_mm <= most:
             raise InputError(
                 f"{where}: broken_tips entry {position}: height_mm = "
-                f"{format_number(tip.height_mm)}; must be at most {floored(most)} "
-                "where a corner is broken off, down to the form circle"
+                f"{format_number(tip.height_mm)}; must be at most {floored(most)}, "
+                "down to the form circle; missing_teeth has whole teeth"
             )
         yield BrokenTip(
             tooth=tip.tooth - 1,

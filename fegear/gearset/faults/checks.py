@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
-
-import numpy as np
+from collections.abc import Collection
+from dataclasses import replace
 
 from fegear.files.errors import InputError
-from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.faults.tooth_faults import (
     FAULT_KINDS,
-    BrokenTip,
     FaultKind,
     Faults,
     Wear,
 )
-from fegear.gearset.model import Gear, GearSet, Mesh
+from fegear.gearset.model import GearSet, Mesh
 from meshes import GearPair, GeometryError
-from meshes.gear import ceiled, floored
-from meshes.pairing import undercut_end
+from meshes.gear import ceiled
 
 KEYS: dict[FaultKind, str] = {
     "cracks": "cracks",
@@ -90,7 +85,7 @@ def _common_wear(faults: Faults) -> tuple[Wear, ...]:
 
 
 def require_running(gear_set: GearSet) -> None:
-    """Raise InputError where faults end the contact of a mesh or jam its teeth."""
+    """Raise InputError where faults leave no tooth or jam the teeth of a mesh."""
     if not any(gear.faults.any for gear in gear_set.gears):
         return
     for gear in gear_set.gears:
@@ -99,124 +94,8 @@ def require_running(gear_set: GearSet) -> None:
                 f'gear "{gear.name}": missing_teeth has all {gear.geometry.teeth} '
                 "teeth; some must be left"
             )
-    for number, mesh in enumerate(gear_set.meshes):
-        _require_handover(gear_set, number)
+    for mesh in gear_set.meshes:
         _require_distances(gear_set, mesh)
-
-
-@dataclass(frozen=True)
-class _Side:
-    """A gear in a mesh.
-
-    overlap : base pitches by which its helix leads
-    width : common face width [m]
-    """
-
-    gear: Gear
-    pair: GearPair
-    drives: bool
-    overlap: float
-    width: float
-
-    def path_end(self, tip: BrokenTip | None = None) -> float:
-        """Driver's roll length [m] of the end of the path that the gear's tip limits.
-
-        Where a corner is broken off, the rest of the tip is as far ahead or behind as
-        the helix leads there: what is lost is no more than that.
-        """
-        if tip is None or tip.length is None:
-            return self._path_end_below(0.0 if tip is None else tip.height)
-        whole, broken = (self._path_end_below(h) for h in (0.0, tip.height))
-        lead = self.overlap * self.pair.base_pitch * min(1.0, tip.length / self.width)
-        return whole + float(np.clip(broken - whole, -lead, lead))
-
-    def _path_end_below(self, height: float) -> float:
-        tip = roll_length_below_tip(self.gear.geometry, height)
-        if self.drives:
-            return min(tip, self.pair.line_of_action - undercut_end(self.pair.driven))
-        return max(self.pair.line_of_action - tip, undercut_end(self.pair.driver))
-
-    def contact_ratio(self, tip: BrokenTip | None) -> float:
-        """Total contact ratio of a tooth with a broken tip, its mate's being whole."""
-        end = self.path_end(tip)
-        length = end - self.pair.path_start if self.drives else self.pair.path_end - end
-        return length / self.pair.base_pitch + self.overlap
-
-    @property
-    def earliest_end(self) -> float:
-        """End of the path of the tooth that loses most of it, as of `path_end`."""
-        ends = [self.path_end(tip) for tip in (None, *self.gear.faults.broken_tips)]
-        return min(ends) if self.drives else max(ends)
-
-    @property
-    def longest_run(self) -> int:
-        """Most missing teeth in a row."""
-        return max((count for _, count in self.missing_runs()), default=0)
-
-    def missing_runs(self) -> Iterator[tuple[int, int]]:
-        """First tooth and number of missing teeth in a row."""
-        teeth, missing = self.gear.geometry.teeth, set(self.gear.faults.missing)
-        for first in sorted(missing):
-            if (first - 1) % teeth in missing:
-                continue
-            count = 1
-            while (first + count) % teeth in missing:
-                count += 1
-            yield first, count
-
-    def require_handover(self, where: str) -> None:
-        """Require that contact passes from each tooth to the next that is there."""
-        name, teeth = f'gear "{self.gear.name}"', self.gear.geometry.teeth
-        for position, tip in enumerate(self.gear.faults.broken_tips, 1):
-            ratio = self.contact_ratio(tip)
-            if not ratio >= 1.0:
-                raise InputError(
-                    f"{name}: broken_tips entry {position}.height_mm = "
-                    f"{1e3 * tip.height:.9g}; leaves a contact ratio of "
-                    f"{floored(max(0.0, ratio))} to tooth {tip.tooth + 1} in {where}, "
-                    "at least 1 is needed"
-                )
-        for first, count in self.missing_runs():
-            # the driver's tooth before them ends late, or the driven's after early
-            neighbour = (first - 1 if self.drives else first + count) % teeth
-            tips = {tip.tooth: tip for tip in self.gear.faults.broken_tips}
-            ratio = self.contact_ratio(tips.get(neighbour))
-            if not ratio >= count + 1:
-                row = f"tooth {first + 1}" if count == 1 else f"{count} teeth in a row"
-                raise InputError(
-                    f"{name}: missing_teeth: {row}; at a contact ratio of "
-                    f"{floored(ratio)} in {where} the teeth before and after cannot "
-                    f"carry the load, at least {count + 1} is needed"
-                )
-
-
-def _require_handover(gear_set: GearSet, number: int) -> None:
-    mesh, overlap = gear_set.meshes[number], gear_set.overlap_ratio(number)
-    gears = [gear_set.gears[gear] for gear in mesh.gears]
-    where = f'mesh "{gears[0].name}"-"{gears[1].name}"'
-    width = gear_set.common_width(number)
-    sides = [
-        _Side(gear, mesh.pair, drives, overlap, width)
-        for gear, drives in zip(gears, (True, False), strict=True)
-    ]
-    for side in sides:
-        side.require_handover(where)
-    faulty = [
-        side
-        for side in sides
-        if side.gear.faults.broken_tips or side.gear.faults.missing
-    ]
-    if len(faulty) < 2:
-        return
-    end, start = (side.earliest_end for side in sides)
-    ratio = (end - start) / mesh.pair.base_pitch + overlap
-    needed = 1 + sum(side.longest_run for side in sides)
-    if not ratio >= needed:
-        raise InputError(
-            f"{where}: broken_tips and missing_teeth of both gears leave a contact "
-            f"ratio of {floored(max(0.0, ratio))} where they meet; at least {needed} "
-            "is needed"
-        )
 
 
 def _require_distances(gear_set: GearSet, mesh: Mesh) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -20,7 +19,6 @@ from fegear.commands.show.gear_set_figure import (
 )
 from fegear.files.errors import InputError
 from fegear.gearset import GearSet, builtin_names, load_gear_set, make_gear_set
-from fegear.gearset.faults.building import roll_length_below_tip
 from fegear.gearset.faults.checks import require_no_faults, without_faults
 from fegear.gearset.faults.tooth_faults import FAULT_KINDS, NO_FAULTS, Faults
 from fegear.gearset.phases import mesh_phases
@@ -143,65 +141,23 @@ def test_shafts_that_bend_leave_no_fault_out():
         rotor_system(gears, [1.0], 3)
 
 
-@settings(max_examples=60, deadline=None)
-@given(height=st.floats(0.01, 3.0), second=st.booleans())
-def test_a_broken_tip_is_refused_where_so_small_a_gear_would_be(height, second):
-    """A gear with all tips this low has the contact ratio of the broken tooth."""
-    pair = tall().meshes[0].pair
-    gears = [pair.driver, pair.driven]
-    lower = gears[second].tip_radius - 1e-3 * height
-    faults = [None, None]
-    faults[second] = tips((4, height))
-    try:
-        gears[second] = replace(gears[second], tip_radius=lower)
-        ratio = GearPair(*gears, pair.center_distance).contact_ratio
-    except GeometryError:
-        with pytest.raises(InputError, match=r"leaves a contact ratio of (0|0\.\d+) "):
-            tall(*faults)
-    else:
-        assert ratio >= 1.0
-        assert tall(*faults).gears[second].faults.broken_tips
+def test_a_broken_tip_leaves_flank():
+    teeth = tall().meshes[0].pair.driver
+    most = 1e3 * (teeth.tip_radius - teeth.form_radius)
+    assert tall(tips((4, most * (1.0 - 1e-9)))).gears[0].faults.broken_tips
+    with pytest.raises(InputError, match=r"height_mm = .*; must be at most .* form c"):
+        tall(tips((4, most * (1.0 + 1e-9))))
 
 
-def test_the_contact_ratio_is_printed():
-    pair = tall().meshes[0].pair
-    end = roll_length_below_tip(pair.driver, 3.4e-3)
-    ratio = (end - pair.path_start) / pair.base_pitch
-    with pytest.raises(InputError) as caught:
-        tall(tips((1, 3.4)))
-    printed = str(caught.value).partition("contact ratio of ")[2].split()[0]
-    assert float(printed) == pytest.approx(ratio, abs=1e-6)
-
-
-def test_a_missing_tooth_needs_a_contact_ratio_of_two():
-    assert tall({"missing_teeth": [50, 2]}).gears[0].faults.missing == (1, 49)
-    with pytest.raises(InputError, match="missing_teeth: 2 teeth in a row; at a cont"):
-        tall({"missing_teeth": [50, 1]})
-    with pytest.raises(InputError, match=r"tooth 5; at a contact ratio of 1\.504 in"):
-        load_gear_set("liu-pair", {"gear.1.missing_teeth": [5]})
+def test_teeth_may_be_missing_at_any_contact_ratio():
+    assert tall({"missing_teeth": [50, 1]}).gears[0].faults.missing == (0, 49)
+    pair = load_gear_set("liu-pair", {"gear.1.missing_teeth": [5]})
+    assert pair.gears[0].faults.missing == (4,)
 
 
 def test_all_teeth_missing():
     with pytest.raises(InputError, match="missing_teeth has all 50 teeth"):
         tall({"missing_teeth": list(range(1, 51))})
-
-
-def test_the_neighbour_of_a_missing_tooth_must_reach_across():
-    """The driver's tooth before the gap leaves late, the driven's after it enters."""
-    gap, low = {"missing_teeth": [10]}, 0.8
-    tall(gap | tips((11, low)))
-    tall(None, gap | tips((9, low)))
-    for faults in ((gap | tips((9, low)), None), (None, gap | tips((11, low)))):
-        with pytest.raises(InputError, match="missing_teeth: tooth 10; at a contact"):
-            tall(*faults)
-
-
-def test_faults_of_both_gears_meet():
-    gap = {"missing_teeth": [10]}
-    with pytest.raises(InputError, match=r"both gears leave a contact ratio of 2\.25"):
-        tall(gap, gap)
-    with pytest.raises(InputError, match=r"both gears leave a contact ratio of 0\.\d"):
-        tall(tips((1, 2.0)), tips((7, 2.0)))
 
 
 @settings(max_examples=60, deadline=None)
@@ -350,7 +306,7 @@ OFF_THE_FACE = {
         "spalls", ENDS | {"length_mm": 5.0, "place_mm": 7.6}),
     "length_mm = 20.5; must be at most face_width_mm, 20": (
         "broken_tips", CORNER | {"length_mm": 20.5, "end": "near"}),
-    "entry 1: height_mm = 12; must be at most 4.66776 where a corner": (
+    "entry 1: height_mm = 12; must be at most 4.66776, down to the form": (
         "broken_tips", CORNER | {"height_mm": 12.0, "length_mm": 5.0, "end": "near"}),
     "end is needed with length_mm": ("broken_tips", CORNER | {"length_mm": 2.0}),
     "length_mm is needed with end": ("broken_tips", CORNER | {"end": "far"}),
@@ -362,17 +318,6 @@ def test_damage_lies_within_the_face(told):
     key, entry = OFF_THE_FACE[told]
     with pytest.raises(InputError, match=told):
         tall({key: [entry]})
-
-
-@pytest.mark.parametrize("height", [0.5, 3.5])
-def test_a_broken_corner_leaves_the_rest_of_the_width(height):
-    """Its tooth hands over there, where a tip broken as deep ends contact."""
-    corner = {"tooth": 4, "height_mm": height, "length_mm": 12.0, "end": "near"}
-    tall({"broken_tips": [corner]})
-    tip = {"tooth": 4, "height_mm": height}
-    if height > 1.0:
-        with pytest.raises(InputError, match="leaves a contact ratio of"):
-            tall({"broken_tips": [tip]})
 
 
 def plain(value):

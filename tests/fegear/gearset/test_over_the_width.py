@@ -395,14 +395,6 @@ def test_helical_gears_run_by_their_total_contact_ratio():
         make_gear_set(spur)
 
 
-def test_missing_teeth_are_judged_by_the_total_contact_ratio():
-    make_gear_set(low_teeth(30.0, missing_teeth=[4]))
-    with pytest.raises(InputError, match=r"2 teeth in a row; .*ratio of 2\.41"):
-        make_gear_set(low_teeth(30.0, missing_teeth=[4, 5]))
-    with pytest.raises(InputError, match=r"missing_teeth: tooth 4; .*ratio of 1\.87"):
-        make_gear_set(low_teeth(20.0, missing_teeth=[4]))
-
-
 def test_titles_do_not_name_a_setting():
     assert plane_in_words("width") == "teeth of true width"
     assert plane_in_words("strain") == "plane strain"

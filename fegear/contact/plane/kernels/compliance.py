@@ -29,7 +29,7 @@ NORMAL, TANGENTIAL, ROOTWARD = np.int64(0), np.int64(1), np.int64(2)
 #   master : gear whose flank carries the nodes, 0 driver or 1 driven
 #   crossings : roll lengths where unmodified flanks of the master and of its mate
 #       would cross the line of action [m], the driver turned ahead on its base circle
-#       by `driver_advance` [m], 0 without relief
+#       by `driver_advance` [m], 0 of unmodified flanks on the path
 #   arc, mate_arc : arc lengths of the closest point on the master and its mate [m]
 #   first_arc : the master's arc length of the first node; step : node spacing [m]
 #   closing_ste : transmission error that closes the pair [m]

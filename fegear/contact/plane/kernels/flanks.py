@@ -73,13 +73,14 @@ FLANK = np.dtype(
     align=True,
 )
 # The line of action: s1 + s2 = line_of_action, s1 = pitch_point at the pitch point.
+# Corners may touch within corner_range off the path [base pitches], none at 0.
 MESH = np.dtype(
     [
         ("line_of_action", "f8"),
         ("pitch_point", "f8"),
         ("base_pitch", "f8"),
         ("friction", "f8"),
-        ("corner_contact", "?"),
+        ("corner_range", "f8"),
     ],
     align=True,
 )

@@ -25,11 +25,11 @@ from fegear.contact.plane.kernels.flanks import (
 from fegear.elasticity.flank_grid import beyond_first, place_stencil
 from lumped.common.compiled import compiled_part
 
-CORNER_RANGE = 0.5  # base pitches off the path within which a corner may touch
 CORNER_OVERLAP = 2e-3  # of a flank's length, beyond the tip where an edge still touches
 COARSE_ARC_RTOL, ARC_RTOL = 1e-3, 1e-8  # of a flank's length, for the closest point
 CORNER_WIDTH = 1.5  # of a corner's contact, over load times compliance over angle
 MIN_CORNER_WIDTH = 1e-6  # of that of the flanks, so that a grazing corner has nodes
+TIP_RTOL = 1e-12  # of a roll length, by which it may be on either side of a tip
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
 MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
@@ -85,6 +85,13 @@ def curvature_radius(flank, line, s):
 def place_patch(mesh, flanks, patch, s1):
     """Find one pair's closest point; s1 is the driver's nominal roll length."""
     patch.master = 0 if s1 >= mesh.pitch_point else 1
+    rolls = s1, mesh.line_of_action - s1
+    mate = 1 - patch.master
+    is_broken = flanks[mate].tip_arc > 0.0 and is_past_tip(
+        flanks, rolls, mate, -TIP_RTOL
+    )
+    if is_broken and not is_past_tip(flanks, rolls, patch.master, -TIP_RTOL):
+        patch.master = mate  # it ends below the pitch point
     patch.present, patch.closing_ste = False, NO_FLANK_GAP
     patch.is_fitted = False
     patch.sliding_sign = np.sign(mesh.pitch_point - s1)
@@ -102,11 +109,12 @@ def place_patch(mesh, flanks, patch, s1):
         patch.master = 1 - patch.master
         turn_driver(mesh, patch, s1, 0.0)
     corner = master.corner_roll
-    off_path = nominal > corner + 1e-12 * abs(corner)
-    if off_path and not mesh.corner_contact:
+    off_path = nominal > corner + TIP_RTOL * abs(corner)
+    way_off = nominal - corner
+    if off_path and (
+        mesh.corner_range == 0.0 or way_off > mesh.corner_range * mesh.base_pitch
+    ):
         return
-    if nominal > corner + CORNER_RANGE * mesh.base_pitch:
-        return  # farther off, the point may lie behind the mate's base circle
     patch.arc = max(master.tip_arc, arc_of_roll(master, nominal))
     if is_relieved(master) or is_relieved(slave):
         find_closest(mesh, flanks, patch, 0.1, COARSE_ARC_RTOL)
@@ -116,7 +124,21 @@ def place_patch(mesh, flanks, patch, s1):
         # levers and gaps are those where the flanks touch, the driver turned so far
         turn_driver(mesh, patch, s1, min(patch.closing_ste, MAX_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
+    elif off_path:
+        set_contact(mesh, flanks, patch, off_path, 0.0)
+        if patch.present:
+            turn_driver(mesh, patch, s1, patch.closing_ste)
     set_contact(mesh, flanks, patch, off_path, patch.extra_gap)
+
+
+@compiled_part
+def is_past_tip(flanks, rolls, gear, margin):
+    """Whether a gear's flank would cross the line of action beyond its tip corner.
+
+    margin : of its roll length
+    """
+    corner = flanks[gear].corner_roll
+    return rolls[gear] > corner + margin * abs(corner)
 
 
 @compiled_part
@@ -127,7 +149,7 @@ def place_edge_patch(mesh, flanks, patch, s1):
     gear becomes the master, whose patch ends at the edge.
     """
     nominal, edge = patch.crossings[1], flanks[1 - patch.master].undercut_roll
-    if not mesh.corner_contact or nominal < edge - CORNER_RANGE * mesh.base_pitch:
+    if mesh.corner_range == 0.0 or nominal < edge - mesh.corner_range * mesh.base_pitch:
         return
     patch.master = 1 - patch.master
     patch.arc = flanks[patch.master].length

@@ -54,7 +54,7 @@ def relief_problem(contact, shape="linear"):
 
 def test_a_gap_of_a_pair_counts_as_its_part_of_the_next_load(contact):
     """Exact: the contact conditions of the loaded nodes are linear in their gaps."""
-    teeth = candidate_pairs(contact.pair, POSITIONS)
+    teeth = candidate_pairs(contact, POSITIONS)
     targets = np.full((1, POSITIONS.size), 100.0 / contact.face_width)
     gaps = np.full((POSITIONS.size, teeth.size), 2e-6)
 
