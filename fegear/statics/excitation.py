@@ -36,6 +36,7 @@ STIFFNESS = "stiffness_N_per_m"
 MAX_TABLES = 128  # solved ones that are kept for further use
 # faults that move flanks apart and leave tooth pairs as stiff as they are
 GAP_FAULTS: tuple[FaultKind, ...] = ("worn", "eccentricity")
+MISSING: tuple[FaultKind, ...] = ("missing",)
 
 
 class ExcitationSource(Protocol):
@@ -192,7 +193,7 @@ class Excitations:
 
         Gears without missing teeth, of which those pairs are wide open.
         """
-        whole_set = without_faults(gear_set, ("missing",))
+        whole_set = without_faults(gear_set, MISSING)
         excitation = self._excitation_of_pairs(whole_set, mesh, torque)
         gaps = missing_pair_gaps(gear_set, mesh)
         pairs = (
