@@ -24,6 +24,7 @@ from lumped.train.pitch_errors import pair_errors
 Errors = tuple[float, ...]
 
 OPEN_GAP = 1e-2  # [m] beyond any deflection
+MISSING_GAP = 1.0  # [m] beyond any flight of gears of which teeth are missing
 
 
 def mesh_errors(gear_set: GearSet, number: int) -> tuple[Errors, Errors]:
@@ -79,7 +80,7 @@ def missing_pair_gaps(gear_set: GearSet, number: int) -> Array:
         missing = gear_set.gears[gear].faults.missing
         cycles = np.arange(gear_set.gears[gear].geometry.teeth)
         teeth = tooth_in_cycles(gear_set, number, gear, cycles)
-        gaps.append(tuple(OPEN_GAP if tooth in missing else 0.0 for tooth in teeth))
+        gaps.append(tuple(MISSING_GAP if tooth in missing else 0.0 for tooth in teeth))
     return pair_errors(*gaps)
 
 
