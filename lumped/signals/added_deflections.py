@@ -82,6 +82,11 @@ class AddedDeflections(NamedTuple):
         none = np.zeros(heights.shape[1])
         return np.array([one.min(axis=0) if len(one) else none for one in flanks])
 
+    @property
+    def height(self) -> float:
+        """Largest height that all meshes of a flank of a tooth have, over at rest."""
+        return float(self.flank_heights.max())
+
 
 def turns_of(sampling: Sampling, gear: TurningGear) -> float:
     """Turns of a gear at constant speed."""

@@ -69,7 +69,7 @@ FLANK_STD, MAX_FLANK = 0.22, 0.36  # of the middle from the pitch point [base pi
 # deviations of their logarithms
 EVEN_HEIGHT, HEIGHT_STD = 0.11, 0.8
 EVEN_LENGTH, LENGTH_PER_OVERLAP, LENGTH_STD = 0.45, 0.3, 0.4
-MIN_SCORE, MIN_LEAD = -3.5, 0.5  # logarithms of likelihoods
+MIN_SCORE, MIN_LEAD = -3.5, 0.6  # logarithms of likelihoods
 
 
 class Pulse(NamedTuple):
@@ -88,7 +88,7 @@ class Verdict(NamedTuple):
     """Number of the faulty tooth of a gear, from 1.
 
     tooth : None where none can be named
-    doubt : why not, where the fault may be that of another gear
+    doubt : which other gear the fault may be of, empty where there is no such gear
     """
 
     tooth: int | None = None
@@ -245,24 +245,26 @@ def tooth_of_run(
     added = added_deflections(system, sampled, sampling, contacts)
     if added is None:
         return NO_VERDICT
-    heights = added.flank_heights
-    tooth = tooth_of_deflections(added)
-    largest = OTHER_HEIGHT * float(heights.max())
-    if tooth is not None:
-        largest = OTHER_HEIGHT * float(heights[:, tooth - 1].max())
-    larger = None
+    tooth, height = tooth_of_deflections(added), added.height
+    largest, larger, alike = max(OTHER_HEIGHT * height, MIN_DEFLECTION), "", ""
     for other in others:
-        if turns_of(sampling, other.gear) < 1.0 - TURN_RTOL:
-            if tooth is None or other.by_mesh.keys().isdisjoint(contacts.by_mesh):
-                continue
-            return Verdict(doubt=f"{other.gear.name} turns less than once")
+        is_mate = not other.by_mesh.keys().isdisjoint(contacts.by_mesh)
+        turns = turns_of(sampling, other.gear)
+        if turns < 1.0 - TURN_RTOL:
+            if tooth is not None and is_mate:
+                return Verdict(doubt=f"{other.gear.name} turns less than once")
+            continue
         of_other = added_deflections(system, sampled, sampling, other)
-        height = 0.0 if of_other is None else float(of_other.flank_heights.max())
-        if height > max(largest, MIN_DEFLECTION):
-            largest, larger = height, other.gear.name
-    if larger is not None:
+        other_height = 0.0 if of_other is None else of_other.height
+        if other_height > largest:
+            largest, larger = other_height, other.gear.name
+        elif (
+            is_mate and turns == sampling.turns and OTHER_HEIGHT * other_height > height
+        ):
+            alike = f"or the tooth of {other.gear.name} that meets it"
+    if larger:
         return Verdict(doubt=f"{larger} differs more")
-    return Verdict(tooth)
+    return NO_VERDICT if tooth is None else Verdict(tooth, alike)
 
 
 def tooth_of_deflections(added: AddedDeflections) -> int | None:

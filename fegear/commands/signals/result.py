@@ -309,11 +309,9 @@ class SignalsResult(StudyResult):
             yield from self._sensor_lines(values)
         if self._may_differ and not self.study.is_ramp:
             tooth, doubt = self.verdict
-            unsure = f"not sure, {doubt}" if doubt else "not sure"
-            yield (
-                f"faulty tooth of {self.gear.name} by all signals: "
-                + (unsure if tooth is None else str(tooth))
-            )
+            name = "not sure" if tooth is None else str(tooth)
+            verdict = ", ".join(filter(None, (name, doubt)))
+            yield f"faulty tooth of {self.gear.name} by all signals: {verdict}"
         if self.study.is_ramp:
             yield (
                 "a torque in addition to the loads takes up the inertial forces of "

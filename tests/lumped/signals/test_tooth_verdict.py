@@ -201,6 +201,17 @@ def test_a_gear_is_unsure_where_the_other_turns_less_than_once():
     assert verdict == Verdict(None, "b turns less than once")
 
 
+def test_equal_numbers_of_teeth_leave_open_which_gear_it_is():
+    pair = replace(random_pair(np.random.default_rng(3)), teeth=(25, 25), kind="crack")
+    pair = replace(pair, side=0, tooth=3, overlap=0.0, start=-0.8, end=0.8, size=1.0)
+    system = pair.system()
+    for side, other in enumerate("ba"):
+        verdict = verdict_on(
+            pair, sampled_run(pair, system, 500.0, 0.1, 0, side), system
+        )
+        assert verdict == Verdict(4, f"or the tooth of {other} that meets it")
+
+
 def test_a_pulse_that_is_small_beside_the_load_names_no_tooth():
     contact = replace(CONTACT, start=-0.8, end=0.8)
     point = np.arange(20 * 48) / 48.0
