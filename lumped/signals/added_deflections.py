@@ -28,7 +28,7 @@ MODEL_NOISE = 0.05
 REGULARISATION = 1e-3  # of the largest answer of all signals
 SMOOTHING = 0.05  # standard deviation of the filter [base pitches]
 MIN_HEIGHT = 6.0  # of a pulse over the noise
-MIN_DEFLECTION = 1e-3  # of a pulse over the deflection at rest
+MIN_DEFLECTION = 5e-3  # of a pulse over the deflection at rest
 MARGIN = 0.2  # base pitches of an effect before and after the contact of a tooth
 
 

@@ -39,7 +39,7 @@ from lumped.train.system import LumpedSystem
 PART_NOISE, PART_HEIGHT = 4.0, 0.15  # least height of parts over noise and height
 # Height of a tooth in the mesh with the least, over that of its pulse: in all meshes of
 # a flank it is the same but for their stiffness and the error of the receptances
-LEAST_HEIGHT = 0.5
+SAME_FLANK_HEIGHT = 0.5
 # Height of another gear over that of the gear, above which the fault is the other's.
 # Teeth in a whole ratio have equal heights: the fault repeats with both
 OTHER_HEIGHT = 1.15
@@ -84,8 +84,8 @@ class Pulse(NamedTuple):
     height: float
 
 
-class Verdict(NamedTuple):
-    """Number of the faulty tooth of a gear, from 1.
+class NamedTooth(NamedTuple):
+    """Number of the faulty tooth of a gear, from 1, if one can be named.
 
     tooth : None where none can be named
     doubt : which other gear the fault may be of, empty where there is no such gear
@@ -95,7 +95,7 @@ class Verdict(NamedTuple):
     doubt: str = ""
 
 
-NO_VERDICT = Verdict()
+NOT_NAMED = NamedTooth()
 
 
 def find_pulse(deflection: Array, contact: Engagement) -> Pulse | None:
@@ -233,26 +233,26 @@ def tooth_of_run(
     sampling: Sampling,
     contacts: GearContacts,
     others: Sequence[GearContacts],
-) -> Verdict:
-    """Verdict on the gear over whose turns the signals of a run are averaged.
+) -> NamedTooth:
+    """Faulty tooth of the gear over whose turns the signals of a run are averaged.
 
     No tooth is named through a ramp and of motion in space.
 
     contacts : of the gear's teeth; others : of the teeth of all other gears in meshes
     """
     if not sampling.is_constant or system.space is not None:
-        return NO_VERDICT
+        return NOT_NAMED
     added = added_deflections(system, sampled, sampling, contacts)
     if added is None:
-        return NO_VERDICT
+        return NOT_NAMED
     tooth, height = tooth_of_deflections(added), added.height
-    largest, larger, alike = max(OTHER_HEIGHT * height, MIN_DEFLECTION), "", ""
+    largest, larger, alternative = max(OTHER_HEIGHT * height, MIN_DEFLECTION), "", ""
     for other in others:
         is_mate = not other.by_mesh.keys().isdisjoint(contacts.by_mesh)
         turns = turns_of(sampling, other.gear)
         if turns < 1.0 - TURN_RTOL:
             if tooth is not None and is_mate:
-                return Verdict(doubt=f"{other.gear.name} turns less than once")
+                return NamedTooth(doubt=f"{other.gear.name} turns less than once")
             continue
         of_other = added_deflections(system, sampled, sampling, other)
         other_height = 0.0 if of_other is None else of_other.height
@@ -261,10 +261,10 @@ def tooth_of_run(
         elif (
             is_mate and turns == sampling.turns and OTHER_HEIGHT * other_height > height
         ):
-            alike = f"or the tooth of {other.gear.name} that meets it"
+            alternative = f"or the tooth of {other.gear.name} that meets it"
     if larger:
-        return Verdict(doubt=f"{larger} differs more")
-    return NO_VERDICT if tooth is None else Verdict(tooth, alike)
+        return NamedTooth(doubt=f"{larger} differs more")
+    return NOT_NAMED if tooth is None else NamedTooth(tooth, alternative)
 
 
 def tooth_of_deflections(added: AddedDeflections) -> int | None:
@@ -283,4 +283,4 @@ def tooth_of_deflections(added: AddedDeflections) -> int | None:
     if tooth is None or len(pulses) == 1:
         return tooth
     least = float(added.flank_heights[int(contact.drives), tooth - 1])
-    return tooth if least >= LEAST_HEIGHT * heights[mesh] else None
+    return tooth if least >= SAME_FLANK_HEIGHT * heights[mesh] else None

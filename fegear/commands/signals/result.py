@@ -40,7 +40,7 @@ from lumped.signals.averages import TurnAverage
 from lumped.signals.orders import OrderMap
 from lumped.signals.ring_sensor import FORCE, RingSensor
 from lumped.signals.sampling import SignalEngagements, TurningGear
-from lumped.signals.tooth_verdict import NO_VERDICT, Verdict
+from lumped.signals.tooth_verdict import NOT_NAMED, NamedTooth
 from lumped.steady.ramps import SpeedRamp
 
 
@@ -83,7 +83,7 @@ class SignalsResult(StudyResult):
     teeth_differ: bool
     sensor: RingSensor | None = None
     separated: tuple[SeparatedGear, ...] = ()
-    verdict: Verdict = NO_VERDICT
+    verdict: NamedTooth = NOT_NAMED
 
     @cached_property
     def averages(self) -> GearAverages:

@@ -15,8 +15,8 @@ from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.receptances import signal_receptances
 from lumped.signals.sampling import Sampling, sample_signals
 from lumped.signals.tooth_verdict import (
+    NamedTooth,
     Pulse,
-    Verdict,
     name_tooth,
     tooth_of_deflections,
     tooth_of_run,
@@ -45,7 +45,7 @@ def sampled_run(pair: FaultyPair, system, speed, noise, seed, side=None):
     return sample_signals(system, response, settings, sampling, noise, seed), sampling
 
 
-def verdict_on(pair: FaultyPair, run, system) -> Verdict:
+def verdict_on(pair: FaultyPair, run, system) -> NamedTooth:
     """Verdict on the gear over whose turns the signals of a run are averaged."""
     sampled, sampling = run
     side = sampling.gear.index
@@ -198,7 +198,7 @@ def test_a_gear_is_unsure_where_the_other_turns_less_than_once():
     few = 2 * sampling.points
     sampled = replace(sampled, over_angle=sampled.over_angle[:few])
     verdict = tooth_of_run(system, sampled, replace(sampling, turns=2), *contacts)
-    assert verdict == Verdict(None, "b turns less than once")
+    assert verdict == NamedTooth(None, "b turns less than once")
 
 
 def test_equal_numbers_of_teeth_leave_open_which_gear_it_is():
@@ -209,7 +209,7 @@ def test_equal_numbers_of_teeth_leave_open_which_gear_it_is():
         verdict = verdict_on(
             pair, sampled_run(pair, system, 500.0, 0.1, 0, side), system
         )
-        assert verdict == Verdict(4, f"or the tooth of {other} that meets it")
+        assert verdict == NamedTooth(4, f"or the tooth of {other} that meets it")
 
 
 def test_a_pulse_that_is_small_beside_the_load_names_no_tooth():
