@@ -10,11 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
 
 from lumped import Gear, LumpedSystem, Mesh, Train
+from lumped.signals.added_deflections import GearContacts
 from lumped.signals.faulty_tooth import Engagement
+from lumped.signals.sampling import TurningGear
 from lumped.train.excitation import MeshExcitation, PairExcitation
 from lumped.train.waves import Wave
 
@@ -54,14 +57,29 @@ class FaultyPair:
     @property
     def engagement(self) -> Engagement:
         """Contact of the teeth of the faulty gear."""
-        return Engagement(
+        return self.contacts(self.side).by_mesh[0]
+
+    def contacts(self, side: int) -> GearContacts:
+        """Contact of the teeth of the driver (0) or the driven gear (1)."""
+        teeth = self.teeth[side]
+        gear = TurningGear(
+            index=side,
+            name="ab"[side],
+            teeth=teeth,
+            mesh=0,
+            rate=Fraction(1),
+            phase=0.0,
+            orders=(teeth,),
+        )
+        engagement = Engagement(
             first=0.0,
             start=self.start - 0.5 * self.overlap,
             end=self.end + 0.5 * self.overlap,
-            drives=self.side == 0,
-            teeth=1 + np.arange(self.teeth[self.side]),
+            drives=side == 0,
+            teeth=1 + np.arange(teeth),
             overlap=self.overlap,
         )
+        return GearContacts(gear, {0: engagement})
 
     def system(self, damping_ratio: float = 0.05) -> LumpedSystem:
         """The pair with its mesh as one spring over a turn of the faulty gear."""

@@ -10,28 +10,39 @@ middle of. A short one may be a broken tip, which ends at the end of the path at
 tips touch, or damage of the flank, which begins near the pitch point. Pulses of tips
 are short and high. Where both readings are as likely, of different teeth, none is
 named.
+
+A tooth is named only if all meshes of its flank have the deflection, and no other gear
+has a larger one in the averages over its turns.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lumped.common.array_types import Array
+from lumped.signals.added_deflections import (
+    MIN_DEFLECTION,
+    MIN_HEIGHT,
+    AddedDeflections,
+    GearContacts,
+    added_deflections,
+    pulses_over_turn,
+    turns_of,
+)
 from lumped.signals.faulty_tooth import Engagement
-from lumped.signals.receptances import signal_receptances
-from lumped.signals.sampling import SampledSignals, Sampling
+from lumped.signals.sampling import TURN_RTOL, SampledSignals, Sampling
 from lumped.train.system import LumpedSystem
 
-# Least noise of a signal over its residual: receptances are those of a linear train
-MODEL_NOISE = 0.05
-REGULARISATION = 1e-3  # of the largest answer of all signals
-SMOOTHING = 0.05  # standard deviation of the filter [base pitches]
-# Least height of a pulse over the noise, and of its parts over noise and height
-MIN_HEIGHT, PART_NOISE, PART_HEIGHT = 6.0, 4.0, 0.15
+PART_NOISE, PART_HEIGHT = 4.0, 0.15  # least height of parts over noise and height
+# Height of a tooth in the mesh with the least, over that of its pulse: in all meshes of
+# a flank it is the same but for their stiffness and the error of the receptances
+SAME_FLANK_HEIGHT = 0.5
+# Height of another gear over that of the gear, above which the fault is the other's.
+# Teeth in a whole ratio have equal heights: the fault repeats with both
+OTHER_HEIGHT = 1.15
 QUIET = 0.75  # base pitches before a fault begins
 BEYOND = 0.4  # base pitches that a fault may last longer than an engagement
 MIN_SHARE = 0.6  # of a turn's deflection in that time, without which it rings
@@ -58,7 +69,8 @@ FLANK_STD, MAX_FLANK = 0.22, 0.36  # of the middle from the pitch point [base pi
 # deviations of their logarithms
 EVEN_HEIGHT, HEIGHT_STD = 0.11, 0.8
 EVEN_LENGTH, LENGTH_PER_OVERLAP, LENGTH_STD = 0.45, 0.3, 0.4
-MIN_SCORE, MIN_LEAD = -3.5, 0.5  # logarithms of likelihoods
+GAP_STD = 0.15  # of the middle of a fall from that of the gap [base pitches]
+MIN_SCORE, MIN_LEAD = -3.5, 0.6  # logarithms of likelihoods
 
 
 class Pulse(NamedTuple):
@@ -73,36 +85,25 @@ class Pulse(NamedTuple):
     height: float
 
 
-def added_deflection(
-    residual: Array, noise: Array, receptance: NDArray[np.complex128]
-) -> Array:
-    """Deflections (p, m) that faults add to m meshes over a turn [m].
+class NamedTooth(NamedTuple):
+    """Number of the faulty tooth of a gear, from 1, if one can be named.
 
-    residual : (p, s) of averages of signals over the turn
-    noise : (s,) standard deviations of the averages
-    receptance : (p // 2 + 1, s, m) complex, at the orders of the turn
+    tooth : None where none can be named
+    doubt : which other gear the fault may be of, empty where there is no such gear
     """
-    rms = np.sqrt((residual**2).mean(axis=0))
-    weight = 1.0 / np.maximum(noise**2 + (MODEL_NOISE * rms) ** 2, np.finfo(float).tiny)
-    lines = np.fft.rfft(residual, axis=0)
-    answer = receptance.conj() * weight[:, None]
-    normal = np.einsum("fsm,fsn->fmn", answer, receptance)
-    loads = np.einsum("fsm,fs->fm", answer, lines)
-    largest = np.einsum("fmm->fm", normal).real.max()
-    normal += REGULARISATION * largest * np.eye(receptance.shape[-1])
-    gap = np.linalg.solve(normal, loads[..., None])[..., 0]
-    return np.fft.irfft(gap, len(residual), axis=0)
+
+    tooth: int | None = None
+    doubt: str = ""
+
+
+NOT_NAMED = NamedTooth()
 
 
 def find_pulse(deflection: Array, contact: Engagement) -> Pulse | None:
     """The pulse of a fault in the deflection (p,) of a turn, None without one."""
     per_pitch = deflection.size // contact.teeth.size
-    values = _smooth(deflection, SMOOTHING * per_pitch)
-    by_tooth = values.reshape(contact.teeth.size, -1)
-    # most teeth are alike, and a residual has no part that all have in common
-    values = (by_tooth - np.median(by_tooth, axis=0)).ravel()
+    values, noise = pulses_over_turn(deflection, contact)
     size = np.abs(values)
-    noise = float(np.median(size)) / 0.6745
     if not size.max() > MIN_HEIGHT * noise:
         return None
     least = max(PART_NOISE * noise, PART_HEIGHT * float(size.max()))
@@ -151,8 +152,19 @@ def name_tooth(pulse: Pulse, contact: Engagement, at_rest: float) -> int | None:
         place, std = HELICAL_TIP_END, HELICAL_TIP_STD
     tip = like_tip - 0.5 * ((beyond - place) / std) ** 2
     tip[(beyond < TIP_LIMITS[0]) | (beyond > TIP_LIMITS[1])] = -np.inf
+    # what begins after the path of a tooth is no fault of its tip
+    begins = pulse.begin - pitch - contact.end
+    if not contact.drives:
+        begins = contact.start - (pulse.end - pitch)
+    tip[begins > 0.0] = -np.inf
     flank = -like_tip - 0.5 * (middle / FLANK_STD) ** 2
     flank[np.abs(middle) > MAX_FLANK] = -np.inf
+    # between the paths of its neighbours a gear falls by a tooth that is not there
+    from_gap = middle - 0.5 * (contact.start + contact.end)
+    fall = like_tip - 0.5 * (from_gap / GAP_STD) ** 2
+    is_between = pulse.begin - pitch > contact.end - 1.0
+    is_between &= pulse.end - pitch < contact.start + 1.0
+    flank = np.where(is_between, np.maximum(flank, fall), flank)
     return _likelier(contact, pitch, tip, flank)
 
 
@@ -172,16 +184,6 @@ def _likelier(
 
 def _tooth(contact: Engagement, pitch: float) -> int:
     return int(contact.teeth[int(pitch) % contact.teeth.size])
-
-
-def _smooth(values: Array, width: float) -> Array:
-    """Values (p,) of a turn by a Gaussian filter.
-
-    width : its standard deviation, in points
-    """
-    angular = 2.0 * np.pi * np.fft.rfftfreq(values.size)
-    lines = np.fft.rfft(values) * np.exp(-0.5 * (width * angular) ** 2)
-    return np.fft.irfft(lines, values.size)
 
 
 def _begin_of_fault(parts: Array, quiet: float, most: int) -> tuple[int, float]:
@@ -241,59 +243,56 @@ def tooth_of_run(
     system: LumpedSystem,
     sampled: SampledSignals,
     sampling: Sampling,
-    contacts: Mapping[int, Engagement],
-) -> int | None:
-    """Number of the faulty tooth of a gear by all signals of a run, from 1.
+    contacts: GearContacts,
+    others: Sequence[GearContacts],
+) -> NamedTooth:
+    """Faulty tooth of the gear over whose turns the signals of a run are averaged.
 
-    None where no tooth can be named, through a ramp, and of motion in space.
+    No tooth is named through a ramp and of motion in space.
 
-    contacts : of the gear's teeth by the indices of its meshes
+    contacts : of the gear's teeth; others : of the teeth of all other gears in meshes
     """
-    average = sampled.average
     if not sampling.is_constant or system.space is not None:
-        return None
-    if not average.has_residual.any():
-        return None
-    points, meshes = sampling.points, list(contacts)
-    order = np.arange(points // 2 + 1, dtype=float)
-    frequency = order * sampling.gear.turn_frequency(sampling.ramp.start)
-    signals, receptance = signal_receptances(system, sampled.names, meshes, frequency)
-    turns = sampled.over_angle[: average.turns * points, signals]
-    by_turn = turns.reshape(average.turns, points, -1)
-    noise = np.sqrt(by_turn.var(axis=0).mean(axis=0) / average.turns)
-    return tooth_of_residual(
-        average.residual[:, signals],
-        noise,
-        receptance,
-        list(contacts.values()),
-        np.abs(system.static_deflection)[meshes],
-    )
+        return NOT_NAMED
+    added = added_deflections(system, sampled, sampling, contacts)
+    if added is None:
+        return NOT_NAMED
+    tooth, height = tooth_of_deflections(added), added.height
+    largest, larger, alternative = max(OTHER_HEIGHT * height, MIN_DEFLECTION), "", ""
+    for other in others:
+        is_mate = not other.by_mesh.keys().isdisjoint(contacts.by_mesh)
+        turns = turns_of(sampling, other.gear)
+        if turns < 1.0 - TURN_RTOL:
+            if tooth is not None and is_mate:
+                return NamedTooth(doubt=f"{other.gear.name} turns less than once")
+            continue
+        of_other = added_deflections(system, sampled, sampling, other)
+        other_height = 0.0 if of_other is None else of_other.height
+        if other_height > largest:
+            largest, larger = other_height, other.gear.name
+        elif (
+            is_mate and turns == sampling.turns and OTHER_HEIGHT * other_height > height
+        ):
+            alternative = f"or the tooth of {other.gear.name} that meets it"
+    if larger:
+        return NamedTooth(doubt=f"{larger} differs more")
+    return NOT_NAMED if tooth is None else NamedTooth(tooth, alternative)
 
 
-def tooth_of_residual(
-    residual: Array,
-    noise: Array,
-    receptance: NDArray[np.complex128],
-    contacts: Sequence[Engagement],
-    at_rest: Array,
-) -> int | None:
-    """The faulty tooth by residuals, None where none can be named.
-
-    residual, noise, receptance : as of `added_deflection`
-    contacts : of the gear's teeth in the m meshes
-    at_rest : (m,) deflections of the meshes under their loads [m]
-    """
-    deflections = added_deflection(residual, noise, receptance)
-    pulses = [
-        find_pulse(deflection, contact)
-        for deflection, contact in zip(deflections.T, contacts, strict=True)
-    ]
+def tooth_of_deflections(added: AddedDeflections) -> int | None:
+    """The faulty tooth of a gear, None where none can be named."""
+    columns = zip(added.values.T, added.contacts, strict=True)
+    pulses = [find_pulse(deflection, contact) for deflection, contact in columns]
     heights = [
         0.0 if pulse is None else abs(pulse.height) / float(rest)
-        for pulse, rest in zip(pulses, at_rest, strict=True)
+        for pulse, rest in zip(pulses, added.at_rest, strict=True)
     ]
     mesh = int(np.argmax(heights))
-    pulse = pulses[mesh]
-    if pulse is None:
+    pulse, contact = pulses[mesh], added.contacts[mesh]
+    if pulse is None or heights[mesh] < MIN_DEFLECTION:
         return None
-    return name_tooth(pulse, contacts[mesh], float(at_rest[mesh]))
+    tooth = name_tooth(pulse, contact, float(added.at_rest[mesh]))
+    if tooth is None or len(pulses) == 1:
+        return tooth
+    least = float(added.flank_heights[int(contact.drives), tooth - 1])
+    return tooth if least >= SAME_FLANK_HEIGHT * heights[mesh] else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from hashlib import sha256
@@ -50,7 +50,7 @@ from fegear.studies.trains.train_study import TrainStudy
 from fegear.train.model_settings import LumpedModel
 from lumped.common.options import Range
 from lumped.common.workers import Arrays
-from lumped.signals.faulty_tooth import Engagement
+from lumped.signals.added_deflections import GearContacts
 from lumped.signals.sampling import (
     Sampling,
     SignalEngagements,
@@ -462,7 +462,7 @@ class RunComputations(Mapping[str, Callable[[], Arrays]]):
         except ValueError as error:
             return partial(status_arrays, f"impossible: {error}")
         noise = 0.01 * run.study.noise_percent
-        contacts = ToothContacts(run.engagements, run.contacts)
+        contacts = ToothContacts(run.engagements, run.contacts, run.other_contacts)
         frequency = run.study.frequency
         options = noise, run.study.seed, contacts, self.problem.study.averages
         settings = run.integration
@@ -500,11 +500,12 @@ def status_arrays(status: str) -> Arrays:
 class ToothContacts(NamedTuple):
     """Contact of a gear's teeth over its turn.
 
-    by_signal : see `residual_indicators`; by_mesh : see `tooth_of_run`
+    by_signal : see `residual_indicators`; gear, others : see `tooth_of_run`
     """
 
     by_signal: SignalEngagements
-    by_mesh: Mapping[int, Engagement]
+    gear: GearContacts
+    others: Sequence[GearContacts]
 
 
 def evaluate_run(
@@ -531,7 +532,8 @@ def evaluate_run(
     if not response.multiple:
         return status_arrays(str(response.status))
     sampled = sample_signals(system, response, settings, sampling, noise, seed)
-    tooth = tooth_of_run(system, sampled, sampling, contacts.by_mesh)
+    all_contacts = contacts.gear, contacts.others
+    tooth = tooth_of_run(system, sampled, sampling, *all_contacts).tooth
     indicators = {
         "rms": sampled.values.std(axis=0),
         **residual_indicators(sampled.average, sampled.names, contacts.by_signal),

@@ -40,6 +40,7 @@ from lumped.signals.averages import TurnAverage
 from lumped.signals.orders import OrderMap
 from lumped.signals.ring_sensor import FORCE, RingSensor
 from lumped.signals.sampling import SignalEngagements, TurningGear
+from lumped.signals.tooth_verdict import NOT_NAMED, NamedTooth
 from lumped.steady.ramps import SpeedRamp
 
 
@@ -62,7 +63,7 @@ class SignalsResult(StudyResult):
     teeth_differ : whether some tooth of the gear set differs from others
     sensor : on the ring of a planetary set, None of others
     separated : averages of it over the teeth of the sun and of each planet
-    named_tooth : faulty tooth of the gear by all signals, None where none can be named
+    verdict : faulty tooth of the gear by all signals, if one can be named
     """
 
     study: Any
@@ -82,7 +83,7 @@ class SignalsResult(StudyResult):
     teeth_differ: bool
     sensor: RingSensor | None = None
     separated: tuple[SeparatedGear, ...] = ()
-    named_tooth: int | None = None
+    verdict: NamedTooth = NOT_NAMED
 
     @cached_property
     def averages(self) -> GearAverages:
@@ -118,7 +119,7 @@ class SignalsResult(StudyResult):
             "pulses_per_turn": study.pulses,
             "window_turns": self._window_turns,
             "mesh_orders": list(self.gear.orders),
-            "named_tooth": self.named_tooth if self._may_differ else None,
+            "named_tooth": self.verdict.tooth if self._may_differ else None,
             "signals": self.averages.entries,
             **self._sensor_entries,
             "warnings": [*self.facts.warnings, *self._disagreement()],
@@ -307,11 +308,10 @@ class SignalsResult(StudyResult):
         if self.sensor is not None:
             yield from self._sensor_lines(values)
         if self._may_differ and not self.study.is_ramp:
-            tooth = values["named_tooth"]
-            yield (
-                f"faulty tooth of {self.gear.name} by all signals: "
-                + ("not sure" if tooth is None else str(tooth))
-            )
+            tooth, doubt = self.verdict
+            name = "not sure" if tooth is None else str(tooth)
+            verdict = ", ".join(filter(None, (name, doubt)))
+            yield f"faulty tooth of {self.gear.name} by all signals: {verdict}"
         if self.study.is_ramp:
             yield (
                 "a torque in addition to the loads takes up the inertial forces of "

@@ -149,7 +149,10 @@ class SignalsProblem(SampledProblem):
             teeth_differ=max(pair_periods(self.gears)) > 1,
             sensor=self.sensor,
             separated=self._separated(sampled),
-            named_tooth=tooth_of_run(self.system, sampled, sampling, self.contacts),
+            verdict=tooth_of_run(
+                *(self.system, sampled, sampling),
+                *(self.contacts, self.other_contacts),
+            ),
         )
 
     def _separated(self, sampled: SampledSignals) -> tuple[SeparatedGear, ...]:

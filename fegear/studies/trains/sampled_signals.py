@@ -29,6 +29,7 @@ from fegear.studies.trains.turning_gears import (
 from fegear.train.model_settings import LumpedModel
 from fegear.train.requirements import require_method
 from lumped.common.options import Range
+from lumped.signals.added_deflections import GearContacts
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.orders import MIN_PULSES
 from lumped.signals.ring_sensor import RingSensor, planet_passes
@@ -294,9 +295,18 @@ class SampledProblem(OneSpeedProblem):
         return engagements_of(self.gears, self.turning, names)
 
     @property
-    def contacts(self) -> dict[int, Engagement]:
-        """Contact of the gear's teeth over a turn, by its meshes."""
+    def contacts(self) -> GearContacts:
+        """Contact of the gear's teeth over a turn."""
         return contacts_of(self.gears, self.turning)
+
+    @property
+    def other_contacts(self) -> list[GearContacts]:
+        """Contact of the teeth of all other gears, each over its turn."""
+        return [
+            contacts_of(self.gears, turning_gear(self.gears, self.system.train, index))
+            for index in meshing_gears(self.gears)
+            if index != self.turning.index
+        ]
 
 
 def require_sensor_settings(gears: GearSet, study: SignalsStudy) -> None:

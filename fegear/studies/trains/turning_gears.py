@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from fegear.gearset.model import GearSet
 from fegear.gearset.phases import mesh_phases
 from fegear.gearset.pitch_errors import tooth_in_cycles
+from lumped.signals.added_deflections import GearContacts
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.sampling import TurningGear
 from lumped.signals.sensors import dte_name
@@ -101,9 +102,7 @@ def engagement_of(gears: GearSet, turning: TurningGear, mesh: int) -> Engagement
     )
 
 
-def contacts_of(gears: GearSet, turning: TurningGear) -> dict[int, Engagement]:
-    """Contact of the gear's teeth over a turn, by its meshes."""
-    return {
-        mesh: engagement_of(gears, turning, mesh)
-        for mesh in gears.meshes_of[turning.index]
-    }
+def contacts_of(gears: GearSet, turning: TurningGear) -> GearContacts:
+    """Contact of the gear's teeth over a turn, in all its meshes."""
+    meshes = gears.meshes_of[turning.index]
+    return GearContacts(turning, {m: engagement_of(gears, turning, m) for m in meshes})

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import replace
-from fractions import Fraction
 
 import numpy as np
 import pytest
 from thin_slices import FaultyPair, random_pair
 
 from lumped import Settings, respond
+from lumped.signals.added_deflections import AddedDeflections, added_deflection
 from lumped.signals.faulty_tooth import Engagement
 from lumped.signals.receptances import signal_receptances
-from lumped.signals.sampling import Sampling, TurningGear, sample_signals
+from lumped.signals.sampling import Sampling, sample_signals
 from lumped.signals.tooth_verdict import (
+    NamedTooth,
     Pulse,
-    added_deflection,
     name_tooth,
+    tooth_of_deflections,
     tooth_of_run,
 )
 from lumped.steady.ramps import SpeedRamp
@@ -29,25 +30,27 @@ MAX_NOISE = 0.3  # over the standard deviation of each signal
 SPEEDS = 0.05, 1.3  # of the mesh, over the resonance
 
 
-def sampled_run(pair: FaultyPair, system, speed: float, noise: float, seed: int):
-    """Signals at a speed of the mesh [Hz], None where the motion does not repeat."""
+def sampled_run(pair: FaultyPair, system, speed, noise, seed, side=None):
+    """Signals at a speed of the mesh [Hz], None where the motion does not repeat.
+
+    side : of the gear over whose turns they are averaged, of the faulty one if None
+    """
     settings = Settings(steps=128)
     response = respond(system, speed, settings)
     if not response.multiple:
         return None
-    teeth, name = pair.teeth[pair.side], "ab"[pair.side]
-    gear = TurningGear(
-        index=pair.side,
-        name=name,
-        teeth=teeth,
-        mesh=0,
-        rate=Fraction(1),
-        phase=0.0,
-        orders=(teeth,),
-    )
-    ramp = SpeedRamp(start=speed, end=speed, duration=TURNS * teeth / speed)
+    gear = pair.contacts(pair.side if side is None else side).gear
+    ramp = SpeedRamp(start=speed, end=speed, duration=TURNS * gear.teeth / speed)
     sampling = Sampling(gear, ramp, TURNS, SAMPLES)
     return sample_signals(system, response, settings, sampling, noise, seed), sampling
+
+
+def verdict_on(pair: FaultyPair, run, system) -> NamedTooth:
+    """Verdict on the gear over whose turns the signals of a run are averaged."""
+    sampled, sampling = run
+    side = sampling.gear.index
+    contacts, other = pair.contacts(side), pair.contacts(1 - side)
+    return tooth_of_run(system, sampled, sampling, contacts, [other])
 
 
 def verdict_of(seed: int, number: int) -> tuple[bool | None, FaultyPair]:
@@ -61,8 +64,7 @@ def verdict_of(seed: int, number: int) -> tuple[bool | None, FaultyPair]:
         speed = resonance * random.uniform(*SPEEDS)
         noise = random.uniform(0.0, MAX_NOISE)
         run = sampled_run(pair, system, speed, noise, int(random.integers(2**31)))
-    sampled, sampling = run
-    tooth = tooth_of_run(system, sampled, sampling, {0: pair.engagement})
+    tooth = verdict_on(pair, run, system).tooth
     return None if tooth is None else tooth == pair.tooth + 1, pair
 
 
@@ -162,6 +164,58 @@ def test_noise_alone_names_no_tooth():
     healthy = replace(pair, kind="pitch error", size=-1.0 / 6.0)  # a gap of 0
     system = healthy.system()
     for seed in range(5):
-        sampled, sampling = sampled_run(healthy, system, 500.0, 0.5, seed)
-        contacts = {0: healthy.engagement}
-        assert tooth_of_run(system, sampled, sampling, contacts) is None
+        run = sampled_run(healthy, system, 500.0, 0.5, seed)
+        assert verdict_on(healthy, run, system).tooth is None
+
+
+@pytest.mark.parametrize("number", range(10))
+def test_a_fault_of_the_other_gear_names_no_tooth(number):
+    """Teeth in ratios of small numbers, too: averages have more of the other's fault.
+
+    Gears with equal numbers of teeth are left out: a fault repeats with both.
+    """
+    random = np.random.default_rng([12, number])
+    pair = random_pair(random)
+    if number % 2:
+        few = int(random.integers(15, 25))
+        teeth = few, (2 if number % 4 == 1 else 3) * few
+        pair = replace(pair, teeth=teeth, side=1, tooth=pair.tooth % few)
+    assert pair.teeth[0] != pair.teeth[1]
+    system = pair.system()
+    resonance = float(system.modes.mesh_resonances_Hz[-1])
+    speed, noise = resonance * random.uniform(0.1, 0.8), 0.1 * (number % 3)
+    run = sampled_run(pair, system, speed, noise, number, side=1 - pair.side)
+    assert verdict_on(pair, run, system).tooth is None
+
+
+def test_a_gear_is_unsure_where_the_other_turns_less_than_once():
+    pair = replace(random_pair(np.random.default_rng(3)), teeth=(20, 45), kind="crack")
+    pair = replace(pair, side=0, tooth=3, overlap=0.0, start=-0.8, end=0.8, size=1.0)
+    system = pair.system()
+    sampled, sampling = sampled_run(pair, system, 500.0, 0.0, 0)
+    contacts = pair.contacts(0), [pair.contacts(1)]
+    assert tooth_of_run(system, sampled, sampling, *contacts).tooth == 4
+    few = 2 * sampling.points
+    sampled = replace(sampled, over_angle=sampled.over_angle[:few])
+    verdict = tooth_of_run(system, sampled, replace(sampling, turns=2), *contacts)
+    assert verdict == NamedTooth(None, "b turns less than once")
+
+
+def test_equal_numbers_of_teeth_leave_open_which_gear_it_is():
+    pair = replace(random_pair(np.random.default_rng(3)), teeth=(25, 25), kind="crack")
+    pair = replace(pair, side=0, tooth=3, overlap=0.0, start=-0.8, end=0.8, size=1.0)
+    system = pair.system()
+    for side, other in enumerate("ba"):
+        verdict = verdict_on(
+            pair, sampled_run(pair, system, 500.0, 0.1, 0, side), system
+        )
+        assert verdict == NamedTooth(4, f"or the tooth of {other} that meets it")
+
+
+def test_a_pulse_that_is_small_beside_the_load_names_no_tooth():
+    contact = replace(CONTACT, start=-0.8, end=0.8)
+    point = np.arange(20 * 48) / 48.0
+    pulse = np.exp(-0.5 * ((point - 7.0) / 0.3) ** 2)[:, None]
+    for height, tooth in ((0.1, 8), (0.9e-3, None)):
+        added = AddedDeflections(height * pulse, np.array([1.0]), (contact,))
+        assert tooth_of_deflections(added) == tooth
