@@ -1,6 +1,7 @@
 """Rigid gears of which a tooth is missing: how far the driven one falls back.
 
-The geometry is written anew from two involutes; it shares nothing with the package.
+The geometry of `RigidPair` is written anew from two involutes; it shares nothing with
+the package.
 """
 
 from __future__ import annotations
@@ -9,6 +10,8 @@ import math
 
 import numpy as np
 from scipy.optimize import brentq
+
+from fegear.gearset import make_gear_set
 
 
 def inv(angle):
@@ -77,3 +80,34 @@ class RigidPair:
         """
         lags = [self.lag(theta + k * pitch) for k in range(-3, 4) if k not in missing]
         return min(lags)
+
+
+def random_pair(seed, helical=False):
+    """A pair of which a tooth is missing, of a contact ratio from 1 to 2."""
+    rng = np.random.default_rng(seed)
+    teeth = rng.integers(18, 60), rng.integers(18, 80)
+    pressure = float(rng.uniform(18.0, 25.0))
+    gears = [
+        {
+            "name": name,
+            "teeth": int(z),
+            "module_mm": 3.0,
+            "face_width_mm": 20.0,
+            "pressure_angle_deg": pressure,
+            "profile_shift": float(shift),
+            "addendum_mm": 3.0 * float(addendum),
+            "hub_radius_mm": 12.0,
+        }
+        for name, z, shift, addendum in zip(
+            "ab", teeth, rng.uniform(-0.1, 0.2, 2), rng.uniform(0.7, 1.0, 2),
+            strict=True,
+        )
+    ]  # fmt: skip
+    if helical:
+        angle = float(rng.uniform(5.0, 12.0))
+        for gear, hand in zip(gears, ("left", "right"), strict=True):
+            gear |= {"helix_angle_deg": angle, "hand": hand}
+    gear = int(rng.integers(0, 2))
+    gears[gear]["missing_teeth"] = [int(rng.integers(3, 15))]
+    mesh = {"driver": "a", "driven": "b", "backlash_um": 100.0}
+    return make_gear_set({"name": "gap", "gear": gears, "mesh": [mesh]})

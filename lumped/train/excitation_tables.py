@@ -279,11 +279,11 @@ def _pair_excitations(
         stiffness_columns, gap_columns = _springs_with_loads_at_rest(
             table, stiffness_columns, gap_columns, torque
         )
+    pitches = table_pitches(unmodified_table)
+    stiffness_columns = _bridged(stiffness_columns, pitches)
     unknown_gap = np.full(table.position.size, np.nan)
     gap_columns = {k: gap_columns.get(k, unknown_gap) for k in stiffness_columns}
-    stiffness_waves = _waves_along_path(
-        stiffness_columns, table_pitches(unmodified_table), 0.0
-    )
+    stiffness_waves = _waves_along_path(stiffness_columns, pitches, 0.0)
     gap_waves = _waves_along_path(gap_columns, table_pitches(table), None)
     return tuple(
         PairExcitation(
@@ -355,6 +355,27 @@ def _columns_by_pair(
     """Column (n,) of each pair at a torque, by base pitches ahead in rising order."""
     columns = zip(pair_teeth(table), pair_names(table, quantity), strict=True)
     return {k: column_at_torque(table, name, torque) for k, name in sorted(columns)}
+
+
+def _bridged(stiffness: dict[int, Array], pitches: int) -> dict[int, Array]:
+    """Stiffness (n,) by pair, with one more pair where none carries between pitches.
+
+    Beside missing teeth a pair may end at the last position of a pitch and another
+    begin at the first of the next. The one that begins does so a step before.
+    """
+    lowest = min(stiffness)
+    carries = {
+        k: np.nan_to_num(v).reshape(pitches, -1) > 0 for k, v in stiffness.items()
+    }
+    bridges = [
+        carries[k][:, -1] & np.roll(carries[k + 1][:, 0], -1)
+        for k in stiffness
+        if k + 1 in carries
+    ]
+    if pitches == 1 or np.any(bridges, axis=0).all():
+        return stiffness
+    size = stiffness[lowest].size
+    return {lowest - 1: np.full(size, np.nan)} | stiffness
 
 
 def _waves_along_path(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from fallen_back import random_pair
 from numpy.testing import assert_allclose
 from scipy.integrate import cumulative_trapezoid
 
@@ -20,6 +21,8 @@ TORQUE = 100.0
 DAMPING_RATIO = 0.04
 SLOW_HZ = 5.0
 SOURCE = ExcitationSettings(positions=32, resolution="coarse")
+
+COARSE_SOURCE = ExcitationSettings(positions=16, resolution="coarse")
 
 
 @pytest.fixture(scope="module")
@@ -110,6 +113,18 @@ def test_a_strike_keeps_the_energy(elements):
     kinetic = 0.5 * mass * rate**2
     off = kinetic - kinetic[0] - work
     assert np.abs(off).max() < 2e-3 * kinetic.max()
+
+
+@pytest.mark.parametrize("seed", [9000, 9005])
+def test_some_pair_is_stiff_at_any_time(elements, seed):
+    """Where one ends at the last position of a pitch and the next begins, too."""
+    pair = random_pair(seed)
+    chosen = LumpedModel(number=1, excitation=COARSE_SOURCE)
+    system = lumped_system(pair, TORQUE, chosen, Excitations(COARSE_SOURCE))
+    times = np.arange(16 * system.common_period[0]) / 16
+    for shift in (-1e-9, 1e-9, 1e-2):
+        stiffness, _ = system.excitation.evaluate(times + shift)
+        assert stiffness.sum(axis=1).min() > 0.0
 
 
 def test_gears_that_no_teeth_hold_do_not_rest_but_fly(elements):

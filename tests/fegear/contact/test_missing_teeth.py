@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from fallen_back import RigidPair
+from fallen_back import RigidPair, random_pair
 from slow_tests import first_are_quick
 
 import fegear
@@ -14,37 +14,6 @@ from fegear.gearset import make_gear_set
 SETTINGS = fegear.StaticsSettings(
     resolution="coarse", positions=16, estimate_error=False, root_stress=False
 )
-
-
-def random_pair(seed, helical=False):
-    """A pair of which a tooth is missing, of a contact ratio from 1 to 2."""
-    rng = np.random.default_rng(seed)
-    teeth = rng.integers(18, 60), rng.integers(18, 80)
-    pressure = float(rng.uniform(18.0, 25.0))
-    gears = [
-        {
-            "name": name,
-            "teeth": int(z),
-            "module_mm": 3.0,
-            "face_width_mm": 20.0,
-            "pressure_angle_deg": pressure,
-            "profile_shift": float(shift),
-            "addendum_mm": 3.0 * float(addendum),
-            "hub_radius_mm": 12.0,
-        }
-        for name, z, shift, addendum in zip(
-            "ab", teeth, rng.uniform(-0.1, 0.2, 2), rng.uniform(0.7, 1.0, 2),
-            strict=True,
-        )
-    ]  # fmt: skip
-    if helical:
-        angle = float(rng.uniform(5.0, 12.0))
-        for gear, hand in zip(gears, ("left", "right"), strict=True):
-            gear |= {"helix_angle_deg": angle, "hand": hand}
-    gear = int(rng.integers(0, 2))
-    gears[gear]["missing_teeth"] = [int(rng.integers(3, 15))]
-    mesh = {"driver": "a", "driven": "b", "backlash_um": 100.0}
-    return make_gear_set({"name": "gap", "gear": gears, "mesh": [mesh]})
 
 
 def rigid(gear_set):
