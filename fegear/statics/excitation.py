@@ -76,7 +76,7 @@ class Excitations:
             self._require_figures(gear_set, mesh)
             solved_set = unmodified(gear_set, mesh)
         if self.settings.solves_elements(gear_set):
-            settings = self.settings.statics_of(solved_set, mesh)
+            settings = self.settings.statics_of(solved_set)
             require_solvable(solved_set, mesh, settings)
 
     def _require_figures(self, gear_set: GearSet, mesh: int) -> None:
@@ -115,7 +115,7 @@ class Excitations:
         self, gear_set: GearSet, mesh: int, torque: float, positions: int | None = None
     ) -> StaticsResult:
         """Statics of a mesh; positions : of a base pitch, if not as usual."""
-        settings = self.settings.statics_of(gear_set, mesh)
+        settings = self.settings.statics_of(gear_set)
         settings = replace(settings, positions=positions or settings.positions)
         # what is not in the key is not in what is solved
         inputs = statics_inputs(gear_set, mesh)

@@ -122,17 +122,16 @@ class ExcitationSettings(ShortRepr):
             for mesh in gear_set.meshes
         )
 
-    def statics_of(self, gear_set: GearSet, mesh: int) -> StaticsSettings:
-        """Settings of the statics for a mesh.
+    def statics_of(self, gear_set: GearSet) -> StaticsSettings:
+        """Settings of the statics for the meshes of a gear set.
 
-        They have fewer positions where the tooth pairs of the mesh differ.
+        They have fewer positions where tooth pairs of any mesh differ: meshes that are
+        alike have equal tables, too.
 
         Parameters
         ----------
         gear_set : GearSet
-            Gear set of the mesh.
-        mesh : int
-            Index of the mesh, from 0.
+            Gear set.
 
         Returns
         -------
@@ -140,5 +139,5 @@ class ExcitationSettings(ShortRepr):
             Settings for `fegear.solve_mesh`.
         """
         fewer = min(self.positions, LONG_POSITIONS)
-        long = pair_periods(gear_set)[mesh] > 1
+        long = max(pair_periods(gear_set)) > 1
         return replace(self.statics, positions=fewer) if long else self.statics

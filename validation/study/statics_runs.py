@@ -35,7 +35,7 @@ def mesh_statics(
         return _element_statics(spec, excitations, mesh, torque, force)
     pitches, positions = pair_periods(gear_set)[mesh], CYCLE_POINTS
     if pitches > 1:
-        positions = excitations.settings.statics_of(gear_set, mesh).positions
+        positions = excitations.settings.statics_of(gear_set).positions
     position = np.arange(pitches * positions) / positions
     if system.has_friction:
         frictionless = excitations.mesh_excitation(gear_set, mesh, torque, 1)
@@ -53,7 +53,7 @@ def _element_statics(
 ) -> Statics:
     table = frictionless = excitations.table(spec.gear_set, mesh, torque)
     if spec.friction > 0.0:
-        statics = excitations.settings.statics_of(spec.gear_set, mesh)
+        statics = excitations.settings.statics_of(spec.gear_set)
         settings = replace(statics, friction=spec.friction)
         table = solving.mesh_statics(spec.gear_set, mesh, [torque], settings).table
     return Statics(

@@ -167,7 +167,7 @@ def coupled_relief() -> Trials:
         gear_set, system = system_of({"mesh.1.tip_relief": relief})
         name = f"coupled, relief {depth:g} um over {length:g} pitches"
         yield Trial(name, FINER, disagreement(system), 2e-3)
-        settings = excitations().settings.statics_of(gear_set, 0)
+        settings = excitations().settings.statics_of(gear_set)
         table = solve_mesh(gear_set, 1, [100.0], settings).table
         loaded = require_present(system.loaded, "coupled model")
         expected = float(table["ste_m"].mean())

@@ -120,9 +120,7 @@ def _by_elements(scene: Scene) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Positions, change of deflection [m] and whether one pair is in contact, (n,)."""
     excitations = excitations_of(scene.source)
     free = excitations.table(scene.gear_set, 0, scene.torque)
-    settings = replace(
-        scene.source.statics_of(scene.gear_set, 0), friction=scene.friction
-    )
+    settings = replace(scene.source.statics_of(scene.gear_set), friction=scene.friction)
     rubbed = solve_mesh(scene.gear_set, 1, [scene.torque], settings).table
     change = rubbed["ste_m"][0] - free["ste_m"][0]
     return free.position, change, free["n_pairs"][0] == 1
