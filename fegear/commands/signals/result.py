@@ -311,7 +311,8 @@ class SignalsResult(StudyResult):
             tooth, doubt = self.verdict
             name = "not sure" if tooth is None else str(tooth)
             verdict = ", ".join(filter(None, (name, doubt)))
-            yield f"faulty tooth of {self.gear.name} by all signals: {verdict}"
+            toothed = self.study.gear_set.loaded.gears[self.gear.index].name
+            yield f"faulty tooth of {toothed} by all signals: {verdict}"
         if self.study.is_ramp:
             yield (
                 "a torque in addition to the loads takes up the inertial forces of "
