@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
+from fallen_back import random_pair
 from slow_tests import first_are_quick
 
 import fegear
@@ -46,6 +48,21 @@ def test_tooth_8_of_15_is_named(compliance_cache, fault, rpm):
     result = signals_of(gear_set, rpm=rpm, noise_percent=10.0)
     assert result.summary["named_tooth"] == 8
     assert "faulty tooth of a by all signals: 8" in [*result.page()]
+
+
+@pytest.mark.parametrize("seed", first_are_quick(range(9000, 9020), 3))
+def test_a_missing_tooth_is_named_at_any_contact_ratio(compliance_cache, seed):
+    gear_set, random = random_pair(seed), np.random.default_rng(seed + 1)
+    (gear,) = (one for one in gear_set.gears if one.faults.missing)
+    result = signals_of(
+        gear_set,
+        rpm=float(10.0 ** random.uniform(2.0, 3.5)),
+        torque=float(random.uniform(30.0, 200.0)),
+        turns=8,
+        gear_name=gear.name,
+        noise_percent=5.0,
+    )
+    assert result.summary["named_tooth"] == gear.faults.missing[0] + 1
 
 
 @pytest.mark.parametrize("root", ["loaded", "back"])
