@@ -147,7 +147,8 @@ def test_broken_tips_of_all_teeth_are_a_smaller_tip_circle(problem, side):
     )
     expected = solve_cycle(cut, [100.0], POSITIONS)
     touching = np.isfinite(expected.gap[0])
-    assert np.array_equal(touching, np.isfinite(cycle.gap[0]))
+    # corners beside broken tips are sought farther off the path, where none bears here
+    assert (cycle.gap[0][~touching] > 2.0 * expected.ste.max()).all()
     assert_allclose(cycle.gap[0][touching], expected.gap[0][touching], atol=1e-15)
     column = 0 if side == "driver" else 1
     difference = cycle.arc[0, ..., column] - expected.arc[0, ..., column]
