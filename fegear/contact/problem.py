@@ -41,8 +41,8 @@ class OpenContact(ContactFailure):
         angle = math.degrees(problem.pair.driver.pitch_angle * position)
         super().__init__(
             f"no teeth touch at position {position:.5g} base pitches, {angle:.5g} deg "
-            "of the driver: those before and after missing teeth do not reach each "
-            "other there, and gears under torque do not rest"
+            "of the driver: the teeth beside those that are missing or broken do not "
+            "reach each other, and gears under torque do not rest"
         )
 
 

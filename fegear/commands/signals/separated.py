@@ -94,7 +94,7 @@ class SeparatedGear:
 
     @cached_property
     def entry(self) -> dict[str, Any]:
-        """What the average tells, None where there is none."""
+        """Indicators of the average, all None without one."""
         names = "residual_rms", "residual_peak", "residual_kurtosis", "fm4", "tooth"
         values: dict[str, Any] = dict.fromkeys(names)
         average, separated = self.average, self.separated
