@@ -53,14 +53,17 @@ def history_of(system, speed: float):
 @pytest.mark.parametrize("translations", first_are_quick([True, False], 1))
 @pytest.mark.parametrize("fault", first_are_quick(FAULTS, 1))
 @pytest.mark.parametrize("model", first_are_quick([2, 1], 1))
-def test_slow_motion_has_the_mesh_forces_at_rest(elements, fault, model, translations):
+def test_slow_motion_tends_to_the_mesh_forces_at_rest(
+    elements, fault, model, translations
+):
+    """Corners of the tables change the velocity by an amount in proportion to it."""
+    speed = 40.0 if fault.startswith("ring") else 10.0  # 96 periods take the memory
     system = system_of(FAULTS[fault], model, elements, translations=translations)
     at_rest = mesh_forces_at_rest(system)
-    pitches, history = history_of(system, 10.0)
+    pitches, history = history_of(system, speed)
     places = (np.arange(len(at_rest)) + 0.5) / POINTS
     slow = [np.interp(places, pitches, force) for force in history.force.T]
-    # corners of the tables excite vibration of the planets on their bearings
-    bound = 1e-3 * at_rest.mean()
+    bound = (1e-4 if model == 2 else 1.5e-4) * speed * at_rest.mean()
     assert np.abs(np.transpose(slow) - at_rest).max() < bound
 
 

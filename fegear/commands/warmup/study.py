@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from fegear.train.model_settings import LumpedModel
 
 PAIR, GEARBOX, MACHINE = "liu-pair", "seed-five-speed", "roots-scaled"
+ON_SHAFTS = "turbo-pair"
 SPEED = 1000.0  # Hz, of the first mesh
 COMPILED_DECORATOR = re.compile(
     r"^@(compiled|not_allocating|compiled_part|shared_part|inlined|allocating)$", re.M
@@ -124,6 +125,16 @@ def _bearing_studies() -> Iterator[Study | None]:
     yield _study_or_none("sweep", model=model, **settings)
 
 
+def _space_studies() -> Iterator[Study | None]:
+    from fegear.statics.excitation_settings import ExcitationSettings
+    from fegear.train.model_settings import LumpedModel
+
+    coarse_mesh = ExcitationSettings(resolution="coarse", plane="width", positions=4)
+    model = LumpedModel(number=1, motion="space", excitation=coarse_mesh)
+    settings = {"gear_set": ON_SHAFTS, "torque": [100.0], "speeds": [SPEED]}
+    yield _study_or_none("sweep", model=model, **settings)
+
+
 def _adaptive_studies() -> Iterator[Study | None]:
     from lumped.steady.integration_settings import Settings
 
@@ -205,6 +216,7 @@ USES: Mapping[str, tuple[int, Callable[[], Iterator[Study | None]]]] = {
     "clatter": (3, _clatter_studies),
     "adaptive": (1, _adaptive_studies),
     "bearings": (1, _bearing_studies),
+    "space": (1, _space_studies),
     "statics": (2, _statics_studies),
     "rattle": (6, _rattle_studies),
 }

@@ -190,6 +190,7 @@ FAULT_VALUES: Tables = {
     "worn_teeth.roll_angle_deg": [17.0, 36.0],
     "worn_teeth.diameter_mm": [37.5, 42.0],
     "worn_teeth.interpolation": "linear",
+    "missing_teeth": [7],
     "eccentricity_um": 5.0,
     "eccentricity_angle_deg": 30.0,
 }
@@ -211,8 +212,6 @@ CORNERED = PAIR | {
 FAULT_KEYS["spalls.length_mm"] = Key(3.0, (SHOWN,), CORNERED)
 FAULT_KEYS["broken_tips.length_mm"] = Key(4.0, (SHOWN,), CORNERED)
 FAULT_KEYS["broken_tips.end"] = Key("far", (SHOWN,), CORNERED)
-# the contact ratio does not bridge a missing tooth
-FAULT_KEYS["missing_teeth"] = Key([7], (), FAULTY)
 RELIEF = {"magnitude_um": 8.0, "length_pitches": 0.3}
 RELIEVED = PAIR | {"mesh": [PAIR["mesh"][0] | {"tip_relief": RELIEF}]}
 HOLLOWED = PAIR | {"mesh": [PAIR["mesh"][0] | {"root_relief": RELIEF}]}

@@ -27,12 +27,14 @@ CHOSEN = {
     "set_varied_acceleration",
     "record_bearings",
     "set_bearing_acceleration",
+    "record_space",
+    "set_space_acceleration",
 }
-# of the records of a step: springs, friction, bearings, and small changes of a motion
+# of the records of a step: springs, friction, bearings, space, and small changes
 BY_RECORD = {
-    "rk4.rk4_step": 4,
-    "rk4.settle_motion": 3,
-    "rk4.record_motion": 3,
+    "rk4.rk4_step": 5,
+    "rk4.settle_motion": 4,
+    "rk4.record_motion": 4,
     "mesh_force.set_spring_acceleration": 3,
 }
 # of a motion, whose arrays are whole, and of a column of small changes
@@ -68,6 +70,7 @@ rattle periodic roots-scaled --max-liftoffs 2
 clatter seed-five-speed --seconds 1
 stability liu-pair --over friction=0:0.1:3 --speeds 1400:1800:100
 sweep liu-pair --speeds 1000 --excitation rectangular --translations --set {BEARING}
+sweep turbo-pair --speeds 1000 --motion space --plane width --resolution coarse
 signals liu-pair --speed 900:1000 --seconds 0.2 --excitation rectangular
 signals liu-pair --speed 900:1000 --seconds 0.2 --model coupled
 map liu-pair --over damping_ratio=0.03,0.04 --at 1000
