@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -30,6 +31,7 @@ from lumped.steady.steppers import stepper_of, steps_per_period
 from lumped.train.system import LumpedSystem
 
 TURN_RTOL = 1e-9  # by which a turn may be short
+FILTER_MARGIN = 16  # samples over which the filter against aliasing feels an end
 SignalEngagements = Mapping[str, tuple[Engagement, ...]]
 RATE_UNITS = "_rad_per_s", "_m_per_s"  # at the ends of names
 
@@ -76,6 +78,8 @@ class Sampling:
     pulses : per turn of a tachometer that gives the angle of the gear; 0 where it is
         that of the nominal speed
     sensor : on the ring of a planetary set, None without one
+    own_rate : samples per second at constant speed, of signals without what is above
+        half of it [Hz]; None where they are as many as in a turn
     """
 
     gear: TurningGear
@@ -84,6 +88,7 @@ class Sampling:
     samples: int
     pulses: int = 0
     sensor: RingSensor | None = None
+    own_rate: float | None = None
 
     @property
     def points(self) -> int:
@@ -93,8 +98,18 @@ class Sampling:
     @property
     def rate(self) -> float:
         """Samples per second, of the highest speed [Hz]."""
+        return self.own_rate or self._rate_over_angle
+
+    @property
+    def _rate_over_angle(self) -> float:
+        """Rate of as many samples as in a turn, at the highest speed [Hz]."""
         highest = max(self.ramp.start, self.ramp.end)
         return self.gear.turn_frequency(highest) * self.points
+
+    @property
+    def refinement(self) -> int:
+        """Samples that are computed for each that is kept, against aliasing."""
+        return max(1, math.ceil(self._rate_over_angle / self.rate - TURN_RTOL))
 
     @property
     def is_constant(self) -> bool:
@@ -104,7 +119,10 @@ class Sampling:
     @property
     def time(self) -> Array:
         """Times (t,) of the samples [s]."""
-        if self.is_constant:
+        if self.own_rate is not None:
+            seconds = self.turns / self.gear.turn_frequency(self.ramp.start)
+            count = 1 + math.ceil(seconds * self.own_rate - TURN_RTOL)
+        elif self.is_constant:
             count = self.turns * self.points
             if self.pulses:  # vibration may delay the last one
                 count += self.samples
@@ -118,6 +136,9 @@ class Sampling:
         time, values : (t,) and (t, c) of the samples
         rotation : (t,) of the gear by vibration at these times [rad]
         """
+        if self.own_rate is not None:
+            at = self._angle(self.turns) / self.gear.turn_frequency(self.ramp.start)
+            return resample_at(time, values, at)
         if self.is_constant and not self.pulses:
             return values
         turns = self.gear.turns(self.ramp.cycles_at(time))
@@ -176,13 +197,33 @@ def sample_signals(
     more = None
     if sampling.sensor is not None:
         more = partial(sampling.sensor.signals, ramp=sampling.ramp)
-    clean, rotation = signals_of_pieces(pieces, time, sampling.gear.index, more)
+    factor, margin = sampling.refinement, 0
+    if factor > 1:
+        margin = FILTER_MARGIN
+    samples = np.arange(-margin * factor, (time.size + margin) * factor)
+    fine = samples / (factor * sampling.rate)
+    computed, vibration = signals_of_pieces(pieces, fine, sampling.gear.index, more)
+    inner = slice(margin, margin + time.size)
+    clean = {n: every_sample(values, factor)[inner] for n, values in computed.items()}
+    rotation = vibration[::factor][inner]
     signals = with_noise(clean, noise, seed)
     values = np.stack(list(signals.values()), axis=1)
     over_angle = sampling.over_angle(time, values, rotation)
     average, turns = synchronous_average(over_angle, sampling.points, sampling.points)
     average_over_turns = TurnAverage(average, turns, sampling.gear.orders)
     return SampledSignals(time, tuple(signals), values, over_angle, average_over_turns)
+
+
+def every_sample(values: Array, factor: int) -> Array:
+    """Each of so many samples of a signal (k,), without what is above half their rate.
+
+    By a filter of zero phase, whose first and last values depend on the ends.
+    """
+    if factor == 1:
+        return values
+    from scipy.signal import resample_poly
+
+    return np.asarray(resample_poly(values, 1, factor, padtype="mean"))
 
 
 def _pieces(

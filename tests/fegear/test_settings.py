@@ -62,6 +62,7 @@ FREE = {
     "cases",
     "numbers",
     "measured",
+    "like",
     "directory",
 }  # any text
 PAIR = lumped.PairExcitation(constant_wave(1e8), constant_wave(0.0))

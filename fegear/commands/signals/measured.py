@@ -14,14 +14,19 @@ from fegear.commands.signals.measured_result import MeasuredResult
 from fegear.commands.signals.separated import SeparatedGear, separated_gears
 from fegear.files.codes import with_code
 from fegear.files.errors import InputError
-from fegear.files.recordings import Recording, read_recording
+from fegear.files.recordings import Recording
 from fegear.gearset.lumped_train import train_of
-from fegear.gearset.model import CARRIER, GearSet
-from fegear.gearset.planetary.members import Member
+from fegear.gearset.model import GearSet
 from fegear.gearset.power_path import input_torques
-from fegear.gearset.speeds import SECONDS_PER_MINUTE
 from fegear.studies.problem import Job, Problem, Task
-from fegear.studies.settings import display_name
+from fegear.studies.trains.recorded_rotation import (
+    MeasuredRotation,
+    averaged_channels,
+    channels_of,
+    measured_cycles,
+    require_turns,
+    rotation_of,
+)
 from fegear.studies.trains.sampled_signals import (
     SampledProblem,
     gear_index,
@@ -35,36 +40,12 @@ from fegear.studies.trains.turning_gears import (
     tooth_at_pitch_point,
     turning_gear,
 )
-from lumped.common.array_types import Array
 from lumped.signals.averages import TurnAverage
 from lumped.signals.indicators import band_limited, na4, window_averages
 from lumped.signals.orders import order_map
 from lumped.signals.ring_sensor import RingSensor
-from lumped.signals.rotation import (
-    Rotation,
-    SignalsOverAngle,
-    constant_rotation,
-    rotation_of_pulses,
-    rotation_of_speed,
-    signals_over_angle,
-)
+from lumped.signals.rotation import SignalsOverAngle, signals_over_angle
 from lumped.signals.sampling import TurningGear
-from lumped.signals.tachometer import PulseTrain, repaired_pulses, rising_edges
-
-MAX_VALUES = 20_000_000  # of all channels that are averaged
-
-
-@dataclass(frozen=True, eq=False)
-class MeasuredRotation:
-    """Rotation of the gear in a recording.
-
-    source : what it follows from, in words
-    pulses : of the tachometer; None without one
-    """
-
-    rotation: Rotation
-    source: str
-    pulses: PulseTrain | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,10 +87,12 @@ class MeasuredProblem(Problem):
         shown = [gear.index for gear in turning].index(index)
         if study.gear_name:
             turning[shown] = replace(turning[shown], name=study.gear_name)
-        cycles = _cycles_per_turn(study, gears, turning[shown])
-        recording = _recording_of(study)
-        rotation = _rotation_of(study, recording, cycles)
-        _require_turn(study, rotation.rotation, turning[shown], cycles)
+        cycles = measured_cycles(study, gears, turning[shown])
+        recording = channels_of(study, study.measured)
+        at_speed = with_frequencies(study, {"speed": study.rpm})
+        frequency = at_speed.frequency if study.needs_speed else None
+        rotation = rotation_of(study, recording, cycles, frequency)
+        require_turns(study.measured, rotation.rotation, turning[shown], cycles)
         mesh_frequency = float(cycles) * rotation.rotation.turn_frequency
         beside, notes = _computed_beside(study, computed, mesh_frequency)
         return cls(
@@ -121,7 +104,7 @@ class MeasuredProblem(Problem):
             rotation=rotation,
             cycles_per_turn=cycles,
             sensor=ring_sensor(gears, train, study),
-            names=_averaged_channels(study, recording),
+            names=averaged_channels(study, recording),
             computed=beside,
             notes=(*recording.notes, *notes),
         )
@@ -241,123 +224,6 @@ class MeasuredProblem(Problem):
                 f"{self.study.tacho}: of {pulses.time.size} pulses {pulses.dropped} "
                 f"were missing, {pulses.doubled} too many",
             )
-
-
-def _recording_of(study: Any) -> Recording:
-    """The channels that are averaged, and the one that has the rotation."""
-    rotation = [name for name in (study.tacho, study.speed_channel) if name]
-    names = [*study.channels, *rotation] if study.channels else []
-    path, rate_name = study.measured, display_name(study, "rate")
-    for name in ("tacho", "speed_channel"):
-        channel = getattr(study, name)
-        if channel is not None and channel in study.channels:
-            raise InputError(
-                f"{display_name(study, 'channels')} = {channel}; has the rotation, "
-                f"{display_name(study, name)}"
-            )
-    recording = read_recording(path, names, study.rate, rate_name)
-    for name in rotation:
-        if name not in recording.channels:
-            read_recording(path, [name], study.rate, rate_name)  # names what is there
-    return recording
-
-
-def _averaged_channels(study: Any, recording: Recording) -> tuple[str, ...]:
-    """Names of the channels but that of the rotation; InputError where none is left."""
-    names = tuple(
-        name
-        for name in recording.channels
-        if name not in (study.tacho, study.speed_channel)
-    )
-    if not names:
-        raise InputError(f"{recording.source}: has no channel but that of the rotation")
-    samples = recording.channels[names[0]].size
-    if samples * len(names) > MAX_VALUES:
-        option = display_name(study, "channels")
-        raise InputError(
-            f"{recording.source}: {len(names)} channels of {samples} samples; at most "
-            f"{MAX_VALUES} values are averaged, choose some by {option}"
-        )
-    return names
-
-
-def _cycles_per_turn(study: Any, gears: GearSet, turning: TurningGear) -> Fraction:
-    """Cycles of the first mesh per turn of the rotation that is measured.
-
-    Of planetary sets that is the rotation of a member in space, where it is measured,
-    and else the turn of the gear against the carrier.
-    """
-    carrier = gears.carrier
-    if carrier is None or study.needs_speed:
-        return turning.teeth / turning.rate
-    members: dict[str, Member] = {
-        CARRIER: "carrier",
-        gears.gears[carrier.sun].name: "sun",
-        gears.gears[carrier.ring].name: "ring",
-    }
-    member = members.get(turning.name)
-    cycles = None if member is None else carrier.members.cycles_per_turn_of(member)
-    if cycles is None:
-        held = carrier.members.held
-        allowed = [name for name, member in members.items() if member != held]
-        raise InputError(
-            f"{display_name(study, 'gear_name')} = {turning.name}; its rotation cannot "
-            f"be measured, {' or '.join(allowed)} is needed"
-        )
-    return cycles
-
-
-def _rotation_of(
-    study: Any, recording: Recording, cycles_per_turn: Fraction
-) -> MeasuredRotation:
-    """Rotation of the gear; InputError where the channel has none.
-
-    cycles_per_turn : of the first mesh
-    """
-    time = recording.time
-    try:
-        if study.tacho is not None:
-            edges = rising_edges(time, recording.channels[study.tacho])
-            pulses, per_turn = repaired_pulses(edges), study.pulses or 1
-            source = f"by {per_turn} pulses per turn in {study.tacho}"
-            rotation = rotation_of_pulses(pulses.time, per_turn)
-            return MeasuredRotation(
-                rotation, source.replace("1 pulses", "1 pulse"), pulses
-            )
-        if study.speed_channel is not None:
-            rpm = recording.channels[study.speed_channel]
-            _require_positive(rpm)
-            source = f"by the speed in {study.speed_channel}"
-            rotation = rotation_of_speed(time, rpm / SECONDS_PER_MINUTE)
-            return MeasuredRotation(rotation, source)
-    except ValueError as error:
-        channel = study.tacho or study.speed_channel
-        raise InputError(f"{recording.source}: {channel}: {error}") from None
-    at_speed = with_frequencies(study, {"speed": study.rpm})
-    frequency = at_speed.frequency / float(cycles_per_turn)
-    rotation = constant_rotation(float(time[0]), float(time[-1]), frequency)
-    return MeasuredRotation(rotation, "at constant speed")
-
-
-def _require_positive(rpm: Array) -> None:
-    wrong = ~(rpm > 0.0)
-    if wrong.any():
-        row = int(wrong.argmax())
-        raise ValueError(
-            f"{rpm[row]:g} rpm in sample {row + 1}, {int(wrong.sum())} such values; "
-            "must be above 0"
-        )
-
-
-def _require_turn(
-    study: Any, rotation: Rotation, turning: TurningGear, cycles_per_turn: Fraction
-) -> None:
-    turns = rotation.total * float(cycles_per_turn * turning.rate / turning.teeth)
-    if turns < 1.0:
-        raise InputError(
-            f"{study.measured}: {turning.name} turns {turns:.3g} times, 1 turn is "
-            "needed"
-        )
 
 
 def _computed_beside(

@@ -17,8 +17,8 @@ from fegear.studies.settings import (
     refuse_non_default,
     setting,
 )
+from fegear.studies.trains.recording_settings import RecordingSettings
 from fegear.studies.trains.speeds import refuse_both
-from lumped.common.options import Range
 
 OF_RECORDING = ("channels", "tacho", "speed_channel", "rate", "computed")
 OF_COMPUTED = ("torque", "table", "turns", "from_speed", "from_rpm")
@@ -26,16 +26,8 @@ SPEEDS = ("speed", "rpm")
 NEEDS_COMPUTED = "needs {computed}"
 
 
-def channel_names(text: str) -> tuple[str, ...]:
-    """Names of channels that a text lists with commas."""
-    names = tuple(name.strip() for name in text.split(","))
-    if not all(names):
-        raise ValueError("must be names of channels with commas between them")
-    return names
-
-
 @dataclass(frozen=True, kw_only=True)
-class MeasuredSettings:
+class MeasuredSettings(RecordingSettings):
     """Which recording is treated as computed signals are, and how its gear turns."""
 
     measured: str | None = setting(
@@ -44,30 +36,6 @@ class MeasuredSettings:
         "over turns of the gears. [default: none]",
         metavar="FILE",
         reads=True,
-    )
-    channels: tuple[str, ...] = setting(
-        (),
-        "Channels of the recording, with commas. [default: all but those of the "
-        "rotation]",
-        metavar="A,B",
-        parse=channel_names,
-        write=",".join,
-    )
-    tacho: str | None = setting(
-        None,
-        "Channel with the pulses of a tachometer on --gear, --pulses per turn or 1. "
-        "[default: none]",
-        metavar="CHANNEL",
-    )
-    speed_channel: str | None = setting(
-        None,
-        "Channel with the speed of --gear over time [rpm]. [default: none]",
-        metavar="CHANNEL",
-    )
-    rate: float | None = setting(
-        None,
-        "Sampling rate of a recording without times [Hz]. [default: that of the file]",
-        Range(above=0.0, below=1e9, unit="Hz"),
     )
     computed: bool = setting(
         True, "Compute signals at the mean speed of the recording beside it."
@@ -114,11 +82,6 @@ class MeasuredSettings:
             value, group = getattr(self, member.name), member.group
             if group is not None and member.name in ("model", "integration"):
                 _refuse_group(value, group, display_name(self, "computed"))
-
-    @property
-    def needs_speed(self) -> bool:
-        """Whether the speed is a setting, and follows from nothing else."""
-        return self.tacho is None and self.speed_channel is None
 
     def _unused_settings(self) -> Iterator[tuple[str, str]]:
         """Settings that would change nothing, with the reason."""

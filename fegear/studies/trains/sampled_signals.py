@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Self
 
@@ -174,13 +174,20 @@ class SignalsStudy(SampledTurns, OneSpeedStudy):
 @dataclass(frozen=True, eq=False)
 class SampledProblem(OneSpeedProblem):
     """A train at one torque, at a speed or through a ramp, with the gear whose turns
-    count."""
+    count.
+
+    own_rate : samples per second, see `Sampling`
+    """
 
     study: SignalsStudy
+    own_rate: float | None = field(default=None, kw_only=True)
 
     @classmethod
     def of_study(
-        cls, study: SignalsStudy, excitations: ExcitationSource | None = None
+        cls,
+        study: SignalsStudy,
+        excitations: ExcitationSource | None = None,
+        own_rate: float | None = None,
     ) -> Self:
         """The problem of a study, with tables that it shares with others.
 
@@ -190,6 +197,8 @@ class SampledProblem(OneSpeedProblem):
             Settings, which are those of signals at one speed or through a ramp.
         excitations : ExcitationSource, optional
             Source of the tables; one of its own where it is None.
+        own_rate : float, optional
+            Samples per second [Hz]; None takes as many in every mesh cycle.
 
         Returns
         -------
@@ -207,7 +216,7 @@ class SampledProblem(OneSpeedProblem):
             raise study.rejection("friction", "signals are without friction")
         method = study.integration.method
         require_method(method, problem.model, problem.gears, study.is_ramp)
-        problem = replace(problem, excitations=excitations)
+        problem = replace(problem, excitations=excitations, own_rate=own_rate)
         require_sensor_settings(problem.gears, study)
         if problem.gears.carrier is not None and study.pulses:
             raise InputError(
@@ -246,7 +255,9 @@ class SampledProblem(OneSpeedProblem):
         duration = study.seconds or study.turns / turning.turn_frequency(start)
         ramp = SpeedRamp(start=start, end=end, duration=duration)
         sampling = Sampling(
-            *(turning, ramp, study.turns, study.samples, study.pulses), self.sensor
+            *(turning, ramp, study.turns, study.samples, study.pulses),
+            self.sensor,
+            self.own_rate,
         )
         self._require_length(sampling)
         return sampling
@@ -270,7 +281,8 @@ class SampledProblem(OneSpeedProblem):
                 f"makes {turns * study.pulses:.3g} pulses, {MIN_PULSES} or more "
                 "are needed"
             )
-        samples = round(sampling.ramp.duration * sampling.rate)
+        rate = sampling.refinement * sampling.rate
+        samples = round(sampling.ramp.duration * rate)
         if samples > MAX_SAMPLES:
             raise InputError(
                 f"{given_length}; {turning.teeth} teeth and "

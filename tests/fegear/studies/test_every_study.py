@@ -544,6 +544,9 @@ def files_of_example(command: str, name: str) -> Iterator[tuple[list[str], bytes
         elif setting_name == "measured":  # with noise of its own
             changed = replace(study, noise_percent=0.0, measured=name)
             yield changed.argv, recording_text().encode()
+        elif setting_name == "like":
+            changed = replace(study, rpm=None, tacho="tacho", like=name)
+            yield changed.argv, recording_text().encode()
         else:
             value, text = READ_BY_EXAMPLE[setting_name](name)
             yield replace(study, **{setting_name: value}).argv, text.encode()

@@ -16,12 +16,8 @@ from scipy.io import loadmat, netcdf_file
 
 import fegear
 from fegear.commands.faults.axes import FAULTS, GearSetEdits
-from fegear.commands.faults.study import (
-    MAX_SAMPLES,
-    RunComputations,
-    noise_seed,
-    random_points,
-)
+from fegear.commands.faults.problem import MAX_SAMPLES, RunComputations, noise_seed
+from fegear.commands.faults.study import random_points
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError
 from fegear.files.store import CheckpointOptions

@@ -318,7 +318,7 @@ def test_a_study_of_a_recording_can_be_typed(tmp_path):
 
 
 def test_a_recording_that_is_too_long_is_refused(tmp_path, monkeypatch):
-    monkeypatch.setattr("fegear.commands.signals.measured.MAX_VALUES", 7999)
+    monkeypatch.setattr("fegear.studies.trains.recorded_rotation.MAX_VALUES", 7999)
     path = write(tmp_path, recording())
     with pytest.raises(InputError, match="3 channels of 4000 samples; at most 7999"):
         measured(path)
