@@ -52,6 +52,8 @@ from lumped.signals.sampling import TurningGear
 from lumped.signals.tachometer import PulseTrain, repaired_pulses, rising_edges
 
 MAX_VALUES = 20_000_000  # of all channels that are averaged
+# RMS of the places of pulses, in mesh cycles, at which 5 % of the mesh's lines are lost
+MAX_PULSE_ERROR = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,6 +243,14 @@ class MeasuredProblem(Problem):
                 f"{self.study.tacho}: of {pulses.time.size} pulses {pulses.dropped} "
                 f"were missing, {pulses.doubled} too many",
             )
+        if pulses is not None:
+            error = cycles * pulses.error / self.rotation.rotation.pulses
+            if error > MAX_PULSE_ERROR:
+                yield with_code(
+                    "W74",
+                    f"{self.study.tacho}: pulses are off equal angles by {error:.2g} "
+                    f"mesh cycles of {shown.name}",
+                )
 
 
 def _recording_of(study: Any) -> Recording:
