@@ -57,8 +57,8 @@ def study_of(*edits, **settings):
 
 
 def test_round_off_of_slow_speeds_is_no_damage():
-    """Sound teeth at 1 rpm have no kurtosis, although speeds have round-off of 1e-8."""
-    carrier = study_of(*SETS["sequential"], speed=1.0, samples=16)
+    """Sound teeth at 0.3 Hz have no kurtosis, although speeds have round-off."""
+    carrier = study_of(*SETS["sequential"], speed=0.3, samples=16)
     result = fegear.run(replace(carrier, integration=Settings(), model=RECTANGULAR))
     for entry in result.summary["signals"]:
         if entry["signal"] != "ring_sensor_force_N":  # planets pass it
