@@ -21,8 +21,8 @@ from fegear.files.output import HDF5_NEEDED, TDMS_NEEDED, has_package
 from fegear.files.stored_channels import (
     StoredChannels,
     channels_of_arrays,
-    is_time,
     recording_rank,
+    seconds_of,
 )
 from lumped.common.array_types import Array
 from lumped.common.csv_text import TableError, parse_csv, separator_of
@@ -43,7 +43,8 @@ def read_text_channels(content: bytes, path: str) -> StoredChannels:
     except TableError as error:
         raise InputError(str(error)) from None
     columns = dict(zip(names, rows.T, strict=True))
-    time = columns.pop(names[0]) if is_time(names[0]) else None
+    seconds = seconds_of(names[0])
+    time = seconds * columns.pop(names[0]) if seconds else None
     return StoredChannels(columns, time)
 
 
@@ -198,8 +199,9 @@ def read_tdms_channels(content: bytes, path: str) -> StoredChannels:
         for channel in channels:
             name, values = channel.name, np.array(channel[:], float)
             step = channel.properties.get("wf_increment")
-            if step is None and time is None and is_time(name):
-                time = values
+            seconds = seconds_of(name)
+            if step is None and time is None and seconds:
+                time = seconds * values
                 continue
             if names.count(name) > 1:
                 name = f"{channel.group_name}/{name}"

@@ -14,7 +14,11 @@ from lumped.common.array_types import Array
 TIME_NAMES = ("time_s", "time", "t")
 RATE_NAMES = ("sampling_rate", "sample_rate", "samplerate", "rate", "fs")
 STEP_NAMES = ("sampling_step", "dt")
-UNIT = re.compile(r"[\s_]*(\[.*\]|\(.*\)|hz|s)?\s*$", re.IGNORECASE)
+SECONDS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3}
+SECONDS |= dict.fromkeys(("us", "\u00b5s", "\u03bcs"), 1e-6)  # two letters of Unicode
+HERTZ = {"": 1.0, "hz": 1.0, "khz": 1e3, "mhz": 1e6}
+# a unit in brackets, or behind a space or underscore; s and hz also without
+UNIT = re.compile(r"[\s_]*(?:\[(.*)\]|\((.*)\)|(?<=[\s_])(ms|us|khz|mhz)|(hz|s))?\s*$")
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,15 +37,17 @@ class StoredChannels:
     starts: Mapping[str, float] = field(default_factory=dict)
 
 
-def is_time(name: str) -> bool:
-    """Whether a column of that name has times, such as `time_s` and `Time [s]`."""
-    return name.strip().lower() in TIME_NAMES or _base_name(name) in TIME_NAMES
+def seconds_of(name: str) -> float | None:
+    """Unit [s] of the times that a column of that name has, as `time_s`, `Time [ms]`.
+
+    None where it has no times, or those of another unit.
+    """
+    return _unit_of(name, TIME_NAMES, SECONDS)
 
 
 def recording_rank(names: Collection[str]) -> int:
     """How likely variables of these names are a recording, 0 where none is there."""
-    numbers = {_base_name(name) for name in names}
-    is_timed = not numbers.isdisjoint((*TIME_NAMES, *RATE_NAMES, *STEP_NAMES))
+    is_timed = any(seconds_of(name) or _rate_of(name, 1.0) for name in names)
     return 2 * is_timed + bool(names)
 
 
@@ -59,8 +65,9 @@ def channels_of_arrays(arrays: Mapping[str, Any]) -> StoredChannels:
         if value.size == 1:
             rate = _rate_of(name, float(value.ravel()[0])) or rate
         elif value.ndim == 1 or (value.ndim == 2 and 1 in value.shape):
-            if time is None and is_time(name):
-                time = value.ravel().astype(float)
+            seconds = seconds_of(name)
+            if time is None and seconds:
+                time = seconds * value.ravel().astype(float)
             else:
                 columns[name] = value.ravel().astype(float)
         elif value.ndim == 2:
@@ -72,15 +79,24 @@ def channels_of_arrays(arrays: Mapping[str, Any]) -> StoredChannels:
 
 def _rate_of(name: str, value: float) -> float | None:
     """A sampling rate [Hz] that a number of that name gives."""
-    base = _base_name(name)
-    if base in RATE_NAMES:
-        return value
-    if base in STEP_NAMES and value:
-        return 1.0 / value
+    hertz = _unit_of(name, RATE_NAMES, HERTZ)
+    if hertz:
+        return hertz * value
+    seconds = _unit_of(name, STEP_NAMES, SECONDS)
+    if seconds and value:
+        return 1.0 / (seconds * value)
     return None
 
 
-def _base_name(name: str) -> str:
-    """A name in small letters without the unit at its end."""
+def _unit_of(
+    name: str, names: Collection[str], units: Mapping[str, float]
+) -> float | None:
+    """Value of the unit at the end of a name; None where it is not one of the names."""
     lower = name.strip().lower()
-    return lower if lower in RATE_NAMES else UNIT.sub("", lower)
+    if lower in names:
+        return 1.0
+    match = UNIT.search(lower)
+    if match is None or lower[: match.start()] not in names:
+        return None
+    unit = next((part for part in match.groups() if part is not None), "")
+    return units.get(unit.strip())

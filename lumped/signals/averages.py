@@ -20,7 +20,7 @@ from lumped.common.array_types import Array
 
 WHOLE_TURNS_TOL = 1e-6  # samples by which a turn may be short of its last point
 # Residual over the largest value of the average below which it is round-off
-RESIDUAL_RTOL = 1e-10
+RESIDUAL_RTOL = 1e-7
 
 
 def synchronous_average(

@@ -148,7 +148,8 @@ def test_24_bits_of_one_channel(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("fs", 500.0), ("dt", 2e-3), ("Rate_Hz", 500)]
+    ("name", "value"),
+    [("fs", 500.0), ("dt", 2e-3), ("Rate_Hz", 500), ("fs_kHz", 0.5), ("dt_ms", 2.0)],
 )
 def test_rates_beside_vectors_and_matrices(tmp_path, name, value):
     path = tmp_path / "r.mat"
@@ -157,6 +158,32 @@ def test_rates_beside_vectors_and_matrices(tmp_path, name, value):
     assert recording.rate == pytest.approx(500.0)
     assert list(recording.channels) == ["m1", "m2", "a"]
     np.testing.assert_array_equal(recording.channels["m2"], B)
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds"),
+    [
+        ("Time [ms]", 1e-3),
+        ("t (us)", 1e-6),
+        ("time_ms", 1e-3),
+        ("time [\u03bcs]", 1e-6),
+    ],
+)
+def test_units_of_times(tmp_path, name, seconds):
+    path = tmp_path / "r.csv"
+    times = {name: (TIME / seconds).tolist()}
+    path.write_text(csv(times | plain(WITHOUT_TIME)), encoding="utf-8")
+    recording = read_recording(str(path))
+    assert recording.rate == pytest.approx(1.0 / (TIME[1] - TIME[0]))
+    np.testing.assert_allclose(recording.time, TIME, atol=1e-12)
+    assert list(recording.channels) == list(WITHOUT_TIME)
+
+
+def test_times_of_an_unknown_unit_are_none(tmp_path):
+    path = tmp_path / "r.csv"
+    path.write_text(csv({"time [min]": TIME.tolist()} | plain(WITHOUT_TIME)))
+    with pytest.raises(InputError, match=r"has no times \(time_s, time or t\)"):
+        read_recording(str(path))
 
 
 def test_a_rate_of_a_group(tmp_path):

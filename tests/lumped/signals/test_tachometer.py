@@ -52,6 +52,7 @@ def test_the_scatter_of_intervals():
     # pulses are at the ends of an interval (1.5 of each) and of both (0.5)
     expected = 1e-3 * np.sqrt(2 * 1.5**2 + 2 * 0.5**2)
     assert repaired_pulses(pulses).scatter == pytest.approx(expected, rel=0.01)
+    assert repaired_pulses(pulses).error == pytest.approx(1e-3, rel=0.01)
 
 
 @pytest.mark.parametrize("lost", [[20], [7, 31], [11, 12], [1, 58]])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from recorded_signals import TEETH, pulse_signal, recording, recording_text
+from recorded_signals import TEETH, pulse_signal, recording, recording_text, turns_at
 from scipy.io import savemat, wavfile
 from small_sets import PAIR, TRAIN
 
@@ -268,6 +268,16 @@ def test_a_rate_below_the_mesh_is_warned_of(tmp_path):
     result = measured(write(tmp_path, columns), tacho=None, speed_channel="rpm")
     (warning,) = [w for w in result.summary["warnings"] if w.endswith("[W72]")]
     assert warning.startswith("2500 Hz have frequencies below 1250 Hz; the first mesh")
+
+
+@pytest.mark.parametrize(("place", "count"), [(0.5, 0), (0.52, 1)])
+def test_uneven_marks_of_a_tachometer_are_warned_of(tmp_path, place, count):
+    """Two marks, the second one off by 0 or 0.02 turns, 0.38 mesh cycles."""
+    turns = turns_at(recording()["time_s"])
+    tacho = pulse_signal(turns) + pulse_signal(np.maximum(turns - place, 0.0))
+    path = write(tmp_path, changed(tacho=tacho))
+    warnings = measured(path, pulses=2).summary["warnings"]
+    assert len([w for w in warnings if w.endswith("[W74]")]) == count
 
 
 def changed(**columns: np.ndarray) -> dict[str, np.ndarray]:
