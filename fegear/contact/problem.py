@@ -23,7 +23,7 @@ from meshes import GearPair
 PATCHES = PlaneContact()
 
 # Base pitches off the path within which corners may touch: where the next pair takes
-# over at the latest, and where teeth are missing or broken beside them
+# over at the latest, and for each of the teeth beside them that are missing or broken
 CORNER_RANGE, LONE_CORNER_RANGE = 0.5, 0.75
 
 
@@ -126,8 +126,9 @@ class ContactProblem(ShortRepr):
         if not self.corner_contact:
             return 0.0
         faults = [flank.faults for flank in self.flanks if flank.faults is not None]
-        is_lone = any(one.missing or one.has_broken_tips for one in faults)
-        return LONE_CORNER_RANGE if is_lone else CORNER_RANGE
+        # at some position what is missing of one gear is beside that of the other
+        beside = sum(one.most_missing_beside + one.has_broken_tips for one in faults)
+        return max(CORNER_RANGE, LONE_CORNER_RANGE * beside)
 
     @property
     def leads(self) -> tuple[FlankLead | None, FlankLead | None]:

@@ -142,6 +142,17 @@ class ToothFaults:
         """Whether tips or corners of teeth are broken off."""
         return bool(self.corners or self.broken_corners)
 
+    @property
+    def most_missing_beside(self) -> int:
+        """Largest number of teeth beside each other that are missing."""
+        most = 0
+        for first in self.missing:
+            number = 1
+            while (first + number) % self.teeth in self.missing:
+                number += 1
+            most = max(most, number)
+        return most
+
     def is_missing(self, teeth: Indices) -> NDArray[np.bool_]:
         """Whether teeth, as from `different`, are not there."""
         return np.isin(teeth, sorted(self.missing))

@@ -109,6 +109,53 @@ def test_a_broken_tip_touches_by_its_new_corner(gear, height):
         assert fallen.max() > 1e-6
 
 
+@pytest.mark.parametrize(
+    ("teeth", "shifts", "addendum", "missing"),
+    [
+        ((19, 31), (0.3, 0.0), 1.0, {3, 4}),
+        ((97, 17), (-0.3, 0.5), 1.0, {1, 2}),
+        ((60, 80), (0.0, 0.0), 1.15, {4, 5, 6, 7}),
+    ],
+)
+@pytest.mark.parametrize("relief", [0.0, 0.01])
+def test_teeth_beside_several_missing_ones_reach_far(
+    teeth, shifts, addendum, missing, relief
+):
+    """Falls of several millimetres; with a relief of next to nothing, too."""
+    tables = [
+        {
+            "name": name,
+            "teeth": z,
+            "module_mm": 3.0,
+            "face_width_mm": 15.0,
+            "profile_shift": shift,
+            "addendum_mm": 3.0 * (addendum + shift),
+            "hub_radius_mm": 0.75 * z,
+        }
+        for name, z, shift in zip("ab", teeth, shifts, strict=True)
+    ]
+    tables[0]["missing_teeth"] = sorted(number + 1 for number in missing)
+    mesh = {"driver": "a", "driven": "b", "backlash_um": 80.0}
+    if relief:
+        mesh["tip_relief"] = {"magnitude_um": relief, "length_pitches": 0.3}
+    gear_set = make_gear_set({"name": "run", "gear": tables, "mesh": [mesh]})
+    position, _, fallen, _ = unloaded(gear_set)
+    pair, model = gear_set.meshes[0].pair, rigid(gear_set)
+    near = (position > min(missing) - 1.0) & (position < max(missing) + 1.0)
+    pitch = 2.0 * np.pi / pair.driver.teeth
+    thetas = position * pitch + fallen / pair.driver.base_radius
+    expected = [
+        min(
+            model.lag(theta - number * pitch)
+            for number in range(round(x) - 4, round(x) + 5)
+            if number not in missing
+        )
+        for x, theta in zip(position[near], thetas[near], strict=True)
+    ]
+    assert fallen.max() > 1e-3
+    assert fallen[near] == pytest.approx(expected, abs=1e-6 * 2.0 * relief + 2e-8)
+
+
 def test_the_angle_is_named_at_which_gears_are_apart():
     gear_set = fegear.load_gear_set("liu-pair", {"gear.1.missing_teeth": [5, 6, 7]})
     with pytest.raises(OpenContact, match=r"position \d.*base pitches, \d.* deg of"):

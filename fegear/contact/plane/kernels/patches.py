@@ -32,7 +32,8 @@ MIN_CORNER_WIDTH = 1e-6  # of that of the flanks, so that a grazing corner has n
 TIP_RTOL = 1e-12  # of a roll length, by which it may be on either side of a tip
 MIN_ROLL = 0.02  # of the line of action, least radius of curvature
 MAX_REACH, REACH_STEPS = 5.0, 40  # contact half-widths searched for more contact
-MAX_TURN = 0.05  # base pitches; farther off, flanks never touch
+MAX_TURN = 0.05  # base pitches; farther off, flanks on the path never touch
+MAX_TURNS, TURN_RTOL = 6, 1e-5  # turns until a corner touches; rest, of a base pitch
 # Node of a patch: gap [m], arc of the opposite point on the mate [m], force [N/m],
 # the share of the face width on which both flanks are there, and whether they touch,
 # as which the next position starts.
@@ -124,11 +125,29 @@ def place_patch(mesh, flanks, patch, s1):
         # levers and gaps are those where the flanks touch, the driver turned so far
         turn_driver(mesh, patch, s1, min(patch.closing_ste, MAX_TURN * mesh.base_pitch))
         find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
+        if off_path:
+            close_corner(mesh, flanks, patch, s1)
     elif off_path:
-        set_contact(mesh, flanks, patch, off_path, 0.0)
-        if patch.present:
-            turn_driver(mesh, patch, s1, patch.closing_ste)
+        close_corner(mesh, flanks, patch, s1)
     set_contact(mesh, flanks, patch, off_path, patch.extra_gap)
+
+
+@compiled_part
+def close_corner(mesh, flanks, patch, s1):
+    """Turn the driver until a corner off the path touches its mate.
+
+    The gap is a way of the slave's base circle. Where the driver is the master, it
+    turns the corner, so that the way that closes it is that of Newton's method.
+    """
+    is_modified = is_relieved(flanks[0]) or is_relieved(flanks[1])
+    for _ in range(MAX_TURNS):
+        set_contact(mesh, flanks, patch, True, 0.0)
+        rest = patch.closing_ste - patch.driver_advance
+        if not patch.present or abs(rest) < TURN_RTOL * mesh.base_pitch:
+            return
+        turn_driver(mesh, patch, s1, patch.closing_ste)
+        if is_modified:
+            find_closest(mesh, flanks, patch, 0.01, ARC_RTOL)
 
 
 @compiled_part
