@@ -145,11 +145,9 @@ class ToothFaults:
     @property
     def most_missing_beside(self) -> int:
         """Largest number of teeth beside each other that are missing."""
-        most = 0
-        for first in self.missing:
-            number = 1
-            while (first + number) % self.teeth in self.missing:
-                number += 1
+        most = number = 0
+        for tooth in range(2 * self.teeth):  # those beside the last are the first
+            number = number + 1 if tooth % self.teeth in self.missing else 0
             most = max(most, number)
         return most
 
