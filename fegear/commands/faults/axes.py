@@ -6,6 +6,7 @@ tooth, or the entry that is there gets another size. Size 0 is a healthy tooth.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -31,6 +32,7 @@ class Fault:
         where the list has a number for every tooth, or the key is a number itself
     is_of_gear : whether it is a number of the gear, not of a tooth
     needs_entry : whether the list must have an entry of the tooth, which says more
+    replaces : what that entry may have instead of `entry`
     """
 
     column: str
@@ -38,13 +40,20 @@ class Fault:
     entry: str = ""
     is_of_gear: bool = False
     needs_entry: bool = False
+    replaces: str = ""
 
 
 # those whose keys the gear-set file has are allowed
 FAULTS = {
     "pitch_error": Fault("pitch_error_um", "pitch_errors_um"),
     "crack": Fault("crack_mm", "cracks", "depth_mm"),
-    "spall": Fault("spall_width_share", "spalls", "width_share", needs_entry=True),
+    "spall": Fault(
+        "spall_width_share",
+        "spalls",
+        "width_share",
+        needs_entry=True,
+        replaces="length_mm",
+    ),
     "broken_tip": Fault("broken_tip_mm", "broken_tips", "height_mm"),
     "wear": Fault("wear_um", "worn_teeth", "depth_um", needs_entry=True),
     "eccentricity": Fault("eccentricity_um", "eccentricity_um", is_of_gear=True),
@@ -58,6 +67,7 @@ SETTINGS = {
     "tooth": ("tooth", "faulty_tooth"),
 }
 WHOLE_NUMBERS = frozenset(("seed", "tooth"))
+PLANETS = re.compile(r"planetary\.\d+\.(planets|positions_deg)")
 
 
 def column_of(axis: str) -> str:
@@ -108,7 +118,7 @@ def _require_axis(study: Any, axis: Axis, over: str) -> None:
         )
     key, _ = _split_key(name)
     require_known_key(key)
-    if key.endswith(".teeth") or key.startswith("planetary."):
+    if key.endswith(".teeth") or PLANETS.fullmatch(key):
         raise InputError(f"{over} {name}; all runs have the same gears and samples")
     if key in study.gear_set.overrides and key == name:
         raise study.gear_set.rejection(key, f"{over} varies it, leave it out")
@@ -212,6 +222,7 @@ class GearSetEdits:
         if size == 0.0:
             return
         entry = {"tooth": tooth, **next(iter(present_value), {})}
+        entry.pop(fault.replaces, None)
         yield {**entry, fault.entry: _scaled_entry(entry.get(fault.entry), size)}
 
 

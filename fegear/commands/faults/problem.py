@@ -24,6 +24,7 @@ from fegear.commands.faults.like import RecordedConditions
 from fegear.commands.faults.result import NO_TOOTH, FaultSignalsResult
 from fegear.files.contents import exact_repr
 from fegear.files.errors import InputError, NoResultError
+from fegear.gearset.model import CARRIER
 from fegear.gearset.read import load_tables
 from fegear.studies.problem import Job, Problem, Task
 from fegear.studies.settings import display_name
@@ -96,6 +97,7 @@ class FaultSignalsProblem(Problem):
         reference = SampledProblem.of_study(signals, excitations, rate)
         index = reference.turning.index
         teeth = reference.gears.gears[index].geometry.teeth
+        _require_gear_of_faults(study, reference.gears.gears[index].name)
         for setting_name, tooth in _faulty_teeth(study):
             if tooth > teeth:
                 name = reference.gears.gears[index].name
@@ -254,6 +256,17 @@ def split_point(
         else:
             changes[name] = value
     return settings, changes
+
+
+def _require_gear_of_faults(study: FaultSignals, ring: str) -> None:
+    """Refuse faults of the carrier, which has the turns of the ring but no teeth."""
+    faults = [name for name in study.axis_names if name in FAULTS]
+    if study.gear_name == CARRIER and ring != CARRIER and faults:
+        raise InputError(
+            f"{display_name(study, 'gear_name')} = {CARRIER}; has no teeth for "
+            f"{display_name(study, 'over')} {faults[0]}, take {ring}, which has the "
+            "same turns"
+        )
 
 
 def _faulty_teeth(study: FaultSignals) -> Iterator[tuple[str, int]]:

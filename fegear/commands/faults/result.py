@@ -118,6 +118,8 @@ class FaultSignalsResult(StudyResult):
         """Runs with a faulty tooth by the tooth that all signals name."""
         if "faulty_tooth" not in self.labels:
             return None
+        if not self._has_faulty_tooth.any():
+            return None
         named = self.runs.named_tooth[self._has_faulty_tooth]
         tooth = self.labels["faulty_tooth"][self._has_faulty_tooth]
         right, unsure = int((named == tooth).sum()), int(np.isnan(named).sum())

@@ -381,6 +381,46 @@ def test_an_axis_without_a_run_leaves_no_checkpoint(over, tmp_path):
     assert not options.checkpoint.exists()
 
 
+PLANETARY = {
+    "gear_set": "planetary-24-36-96",
+    "torque": 60.0,
+    "integration": Settings(),
+}
+
+
+def test_a_run_with_a_pin_out_of_place_is_that_of_signals():
+    name, pins = "planetary-24-36-96", "planetary.1.position_errors_um"
+    errors = [0.0] * 11 + [5.0] + [0.0] * 24
+    gear = {"gear_name": "planet-2", "turns": 2, "samples": 8}
+    settings = (
+        PLANETARY
+        | gear
+        | {"gear_set": GearSetRef(name=name, edits=(f"{pins}=[0,0,0]",))}
+    )
+    result = fegear.run(study(f"{pins}.2=0,2", "pitch_error=0,5", **settings))
+    assert result.labels[f"{pins}.2"].tolist() == [0.0, 0.0, 2.0, 2.0]
+    assert result.labels["faulty_tooth"].tolist() == [0, 12, 0, 12]
+    edits = f"{pins}=[0,2,0]", f"gear.planet-2.pitch_errors_um={errors}"
+    gears = GearSetRef(name=name, edits=edits)
+    settings = PLANETARY | gear | {"gear_set": gears, "rpm": 900.0, "model": MODEL}
+    single = fegear.run(fegear.Signals(**settings))
+    np.testing.assert_array_equal(result.runs.values[3].T, single.values)
+    assert np.abs(result.runs.values[3] - result.runs.values[1]).max() > 1e-7
+
+
+@pytest.mark.parametrize(
+    ("over", "settings", "message"),
+    [
+        ("pitch_error=1", {}, "carrier; has no teeth for over pitch_error, take ring"),
+        ("planetary.1.planets=3,4", {"tooth": 1}, "all runs have the same gears"),
+    ],
+)
+def test_faults_that_planetary_sets_do_not_have(over, settings, message):
+    with pytest.raises(InputError) as error:
+        fegear.run(study(over, **PLANETARY | {"gear_name": "carrier"} | settings))
+    assert message in str(error.value)
+
+
 def edited(tables, values, tooth=5, overrides=None):
     """Values by key that edits of a gear set of 20 teeth make."""
     texts = GearSetEdits(tables, overrides or {}, 1, 20).texts(values, tooth)
@@ -412,6 +452,10 @@ def test_a_spall_and_wear_change_the_size_of_an_entry():
     changed = edited(tables, {"spall": 0.5, "wear": 10.0})
     assert changed["gear.1.spalls"] == [{**spall, "width_share": 0.5}]
     assert changed["gear.1.worn_teeth"] == [{**worn, "depth_um": [2.5, 10.0]}]
+    length = {"tooth": 5, "start_roll_angle_deg": 15.0, "length_mm": 4.0}
+    tables = {"gear": [{"name": "a", "spalls": [length], "worn_teeth": [worn]}]}
+    (spall_by_share,) = edited(tables, {"spall": 0.5})["gear.1.spalls"]
+    assert spall_by_share == {**spall, "width_share": 0.5}
     with pytest.raises(InputError, match="no entry of tooth 6 in spalls"):
         edited(tables, {"spall": 0.5}, tooth=6)
 
