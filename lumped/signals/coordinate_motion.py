@@ -135,12 +135,29 @@ def coordinate_motion(
     else:
         moved = _hub_displacement(system, history, first_step, steps)
         velocity = _rate(history.time, moved, is_periodic)
-    if is_periodic:  # but for the tolerance of the steady state
-        moved[-1], velocity[-1] = moved[0], velocity[0]
+    if is_periodic:
+        moved, velocity = _closed(history.time, moved, velocity)
     displacement = moved + _at_rest(system)
     return CoordinateMotion(
         system, history.time, displacement, velocity, history.force, is_periodic
     )
+
+
+def _closed(time: Array, moved: Array, velocity: Array) -> tuple[Array, Array]:
+    """Displacements and velocities (t, N) without what the steady state's tolerance
+    leaves between the ends.
+
+    A cubic over all of the period takes it away. In the last step alone it would be a
+    peak of the acceleration.
+    """
+    period = time[-1] - time[0]
+    part = ((time - time[0]) / period)[:, None]
+    gap, rate = moved[-1] - moved[0], period * (velocity[-1] - velocity[0])
+    square, cube = 3.0 * gap - rate, rate - 2.0 * gap
+    moved = moved - part**2 * (square + part * cube)
+    velocity = velocity - part * (2.0 * square + 3.0 * part * cube) / period
+    moved[-1], velocity[-1] = moved[0], velocity[0]  # but for round-off
+    return moved, velocity
 
 
 def ramp_pieces(
