@@ -96,6 +96,8 @@ def test_what_is_left_of_a_transient_is_no_peak_where_the_period_ends():
     accelerations = motion.acceleration(time), disturbed.acceleration(time)
     differences = np.abs(accelerations[1] - accelerations[0]).max(axis=0)
     assert (differences < 0.02 * np.ptp(accelerations[0], axis=0)).all()
+    turns = disturbed.acceleration(np.arange(100) * motion.period)
+    assert turns == pytest.approx(turns[[0] * 100], rel=1e-6)
 
 
 def test_between_steps_motions_are_as_of_finer_steps():
