@@ -135,8 +135,8 @@ def coordinate_motion(
     states = require_present(history.states, "states")
     if system.contacts is None:
         shapes = system.modes.shapes[:, system.moving]
-        # the end keeps what the tolerance of the steady state leaves: closed to the start
-        # in the last step, that would be a peak of the acceleration
+        # the end keeps what the tolerance of the steady state leaves: taken away in
+        # the last step alone, it would be a peak of the acceleration
         moved, velocity = states[:, 0] @ shapes.T, states[:, 1] @ shapes.T
     else:
         moved = _hub_displacement(system, history, first_step, steps)
