@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
 
 POINTS_PER_PIECE = 4096  # of a ramp, at least, but for the last piece
+END_RTOL = 1e-9  # of a period, by which an instant before its end is its start
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +70,10 @@ class CoordinateMotion:
     def _within_period(self, time: Array) -> Array:
         if not self.is_periodic:
             return time
-        return self.time[0] + np.mod(time - self.time[0], self.period)
+        passed = np.mod(time - self.time[0], self.period)
+        # start and end differ: round-off must not decide between them
+        is_start = passed > (1.0 - END_RTOL) * self.period
+        return np.asarray(self.time[0] + np.where(is_start, 0.0, passed))
 
     def deflection(self, displacement: Array) -> Array:
         """Transmission errors (k, m) at displacements (k, N) [m]."""
@@ -131,12 +135,14 @@ def coordinate_motion(
     states = require_present(history.states, "states")
     if system.contacts is None:
         shapes = system.modes.shapes[:, system.moving]
+        # the end keeps what the tolerance of the steady state leaves: taken away in
+        # the last step alone, it would be a peak of the acceleration
         moved, velocity = states[:, 0] @ shapes.T, states[:, 1] @ shapes.T
     else:
         moved = _hub_displacement(system, history, first_step, steps)
         velocity = _rate(history.time, moved, is_periodic)
-    if is_periodic:  # but for the tolerance of the steady state
-        moved[-1], velocity[-1] = moved[0], velocity[0]
+        if is_periodic:  # but for the tolerance of the steady state
+            moved[-1], velocity[-1] = moved[0], velocity[0]
     displacement = moved + _at_rest(system)
     return CoordinateMotion(
         system, history.time, displacement, velocity, history.force, is_periodic

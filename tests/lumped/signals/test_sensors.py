@@ -81,6 +81,25 @@ def test_displacements_have_the_deflections_of_the_history(method):
     assert max(largest_errors(moved, recorded)) < 1e-12
 
 
+def test_what_is_left_of_a_transient_is_no_peak_where_the_period_ends():
+    """A free decay of a thousandth of the motion, beside the motion without it."""
+    motion, history = idler_motion(256, kind="trapezoid", errors=False)
+    size = 1e-3 * np.ptp(history.states[:, 0], axis=0)
+    decay, angular = 40.0, 2.0 * np.pi * 0.4 * FREQUENCY
+    root = -decay + 1j * angular
+    wave = np.exp(root * (history.time - history.time[0]))[:, None] * size
+    left = np.stack([wave.real, (root * wave).real], axis=1)
+    disturbed = coordinate_motion(
+        motion.system, replace(history, states=history.states + left)
+    )
+    time = np.linspace(0.0, 1.0, 4001) * motion.period
+    accelerations = motion.acceleration(time), disturbed.acceleration(time)
+    differences = np.abs(accelerations[1] - accelerations[0]).max(axis=0)
+    assert (differences < 0.02 * np.ptp(accelerations[0], axis=0)).all()
+    turns = disturbed.acceleration(np.arange(100) * motion.period)
+    assert turns == pytest.approx(turns[[0] * 100], rel=1e-6)
+
+
 def test_between_steps_motions_are_as_of_finer_steps():
     """A velocity without jumps is of third order between the steps."""
     fine, history = idler_motion(2048, kind="trapezoid")
