@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from hashlib import sha256
 from itertools import product
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -51,9 +51,6 @@ from lumped.steady.integration_settings import Settings
 from lumped.steady.respond import respond_confirmed
 from lumped.train.system import LumpedSystem
 
-if TYPE_CHECKING:
-    from fegear.commands.faults.study import FaultSignals
-
 MAX_SAMPLES = 125_000_000  # samples of all runs and signals, 1 GB
 MAX_CACHED_GEAR_SETS = 32  # gear sets that are not read again for further runs
 
@@ -74,7 +71,7 @@ class FaultSignalsProblem(Problem):
     recorded : conditions of a recording that runs have, None without one
     """
 
-    study: FaultSignals
+    study: Any
     reference: SampledProblem = field(kw_only=True)
     edits: GearSetEdits = field(kw_only=True)
     recorded: RecordedConditions | None = field(default=None, kw_only=True)
@@ -85,7 +82,7 @@ class FaultSignalsProblem(Problem):
         return self.study.points()
 
     @classmethod
-    def of(cls, study: FaultSignals) -> FaultSignalsProblem:
+    def of(cls, study: Any) -> FaultSignalsProblem:
         """The problem of a study; InputError for what no run can be."""
         recorded = None
         if study.like is not None:
@@ -235,7 +232,7 @@ class FaultSignalsProblem(Problem):
 
 
 def split_point(
-    study: FaultSignals,
+    study: Any,
     axis_values: tuple[float, ...],
     recorded: RecordedConditions | None,
 ) -> tuple[dict[str, Any], dict[str, float]]:
@@ -258,7 +255,7 @@ def split_point(
     return settings, changes
 
 
-def _require_gear_of_faults(study: FaultSignals, ring: str) -> None:
+def _require_gear_of_faults(study: Any, ring: str) -> None:
     """Refuse faults of the carrier, which has the turns of the ring but no teeth."""
     faults = [name for name in study.axis_names if name in FAULTS]
     if study.gear_name == CARRIER and ring != CARRIER and faults:
@@ -269,7 +266,7 @@ def _require_gear_of_faults(study: FaultSignals, ring: str) -> None:
         )
 
 
-def _faulty_teeth(study: FaultSignals) -> Iterator[tuple[str, int]]:
+def _faulty_teeth(study: Any) -> Iterator[tuple[str, int]]:
     """Teeth that have faults in some run, and the setting that says so."""
     axes = [axis for axis in study.over if axis.name == "tooth"]
     for axis in axes:
@@ -279,7 +276,7 @@ def _faulty_teeth(study: FaultSignals) -> Iterator[tuple[str, int]]:
         yield display_name(study, "tooth"), study.tooth
 
 
-def _require_editable_axes(study: FaultSignals, edits: GearSetEdits) -> None:
+def _require_editable_axes(study: Any, edits: GearSetEdits) -> None:
     """Refuse an axis of which a value has no place in the gear-set file."""
     for axis in study.over:
         if axis.name in SETTINGS:
@@ -289,7 +286,7 @@ def _require_editable_axes(study: FaultSignals, edits: GearSetEdits) -> None:
 
 
 def signals_study_of_run(
-    study: FaultSignals,
+    study: Any,
     settings: Mapping[str, Any],
     gear_set: GearSetRef,
     model: LumpedModel,
