@@ -212,9 +212,10 @@ class FaultSignalsProblem(Problem):
         rest_warnings = reference.warnings_at_rest(
             systems, (reference.study.frequency,)
         )
-        notes: list[str] = []
+        notes, header = list[str](), dict[str, str]()
         if self.recorded is not None:
             notes = [*self.recorded.notes, self.recorded.sentence]
+            header = {"like": f"{self.recorded.path}, noise of {self.recorded.channel}"}
             warnings = (*self.recorded.warnings(reference.turning.name), *warnings)
         return TrainFacts(
             summary=reference.summary_head(ratio)
@@ -224,6 +225,7 @@ class FaultSignalsProblem(Problem):
             header={
                 **file_header(reference.gears, model, ratio, method),
                 "model": model.name,
+                **header,
                 **self.study.gear_set.entries,
             },
             notes=(*reference.notes, *notes),

@@ -71,6 +71,7 @@ def test_rate_speed_and_noise_come_back(recording, rotation):
     count = len(result.runs.values[0, 0])
     assert (count - 2) / conditions.rate < turns_s <= (count - 1) / conditions.rate
     assert result.summary["recorded"] == conditions.entries
+    assert result.table.header["like"] == f"{recording}, noise of acc"
     assert any("as in" in line and "rec.csv" in line for line in result.facts.notes)
 
 
