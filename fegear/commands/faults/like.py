@@ -58,12 +58,9 @@ class RecordedConditions:
         """
         turning = turning_gear(gears, train_of(gears, 0.0), gear_index(gears, study))
         cycles = measured_cycles(study, gears, turning)
-        recording, driver_cycles = (
-            channels_of(study, study.like),
-            cycles_per_turn(gears),
-        )
+        recording = channels_of(study, study.like)
         channel = averaged_channels(study, recording)[0]
-        frequency = None
+        driver_cycles, frequency = cycles_per_turn(gears), None
         if study.needs_speed:
             frequency = mesh_frequency(driver_cycles, study.rpm)
         rotation = rotation_of(study, recording, cycles, frequency).rotation
@@ -117,7 +114,7 @@ class RecordedConditions:
 
     @property
     def sentence(self) -> str:
-        """What runs have of the recording."""
+        """The sampling rate, the speed and the noise that all runs have."""
         slowest, fastest = self.rpm_range
         return (
             f"as in {self.path}: samples of {self.rate:.6g} Hz, {self.rpm:.6g} rpm "

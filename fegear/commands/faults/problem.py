@@ -203,7 +203,7 @@ class FaultSignalsProblem(Problem):
         return np.asarray((sizes != 0.0).any(axis=1))
 
     def _facts(self, warnings: tuple[str, ...]) -> TrainFacts:
-        """What the result tells of the train without changes by the axes."""
+        """Facts about the train before any axis changes it."""
         reference, model = self.reference, self.reference.model
         system = reference.system
         ratio, torque = system.train.damping_ratio, reference.single_torque
@@ -279,7 +279,7 @@ def _faulty_teeth(study: Any) -> Iterator[tuple[str, int]]:
 
 
 def _require_editable_axes(study: Any, edits: GearSetEdits) -> None:
-    """Refuse an axis of which a value has no place in the gear-set file."""
+    """Refuse an axis if the gear-set file cannot hold one of its values."""
     for axis in study.over:
         if axis.name in SETTINGS:
             continue

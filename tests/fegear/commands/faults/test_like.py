@@ -22,7 +22,7 @@ PULSES = 3
 
 
 def columns(rate=RATE, level=NOISE, seed=1):
-    """Of a tone and its sidebands at constant speed, below a fifth of the rate."""
+    """A recording of a tone and its sidebands, all below a fifth of the rate."""
     time = np.arange(round(rate * SECONDS)) / rate
     turns = RPM / 60.0 * time
     angle = 2.0 * np.pi * turns
