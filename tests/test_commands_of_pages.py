@@ -75,6 +75,7 @@ FEWER_POINTS = {
     "--speeds 2000:6900:10": "--speeds 2000:6900:700",
     "pitch_error=0:5:11": "pitch_error=0:5:3",
     "crack=0:2:9": "crack=0:2:3",
+    "seed=1:20:20": "seed=1:2:2",
     "--torque 60:140:20": "--torque 60:140:80",
     "--torque 20:200:20": "--torque 20:200:90",
     "--compromises 9": "--compromises 3",
