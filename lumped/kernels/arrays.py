@@ -175,11 +175,13 @@ class Convergence(NamedTuple):
     frequency, at the start of each common period.
 
     sections (slots, 2, n), a ring buffer of 2 or more than twice the largest multiple
-    shapes (m, n) mesh deflection of each mode; angular (n,) [rad/s]
-    tolerance : distance to the periodic motion, relative to the range of deflection
-    limits (2, m) smallest and largest deflection of the current period [m]
-    error_bound (m,) error of the deflection by the integrator in a period [m]
-    scale (m,) range of deflection that distances are relative to [m]
+    shapes (m + b, n) deflection of the meshes of each mode, then forces of bearings of
+        gears that move in space [N]; angular (n,) [rad/s]
+    tolerance : distance to the periodic motion, relative to the scale
+    meshes : number m
+    limits (2, m + b) smallest and largest deflection, or force, of the current period
+    error_bound (m + b,) error of these by the integrator in a period
+    scale (m + b,) range that distances are relative to
     counts (3,) common periods passed, period multiple, consecutive confirmations of it
     earlier_steps : steps between sections, of which the largest must exceed the last
     accept_immediately : whether sections that are the same but for round-off need no
@@ -190,6 +192,7 @@ class Convergence(NamedTuple):
     shapes: Array
     angular: Array
     tolerance: float
+    meshes: int
     limits: Array
     error_bound: Array
     scale: Array

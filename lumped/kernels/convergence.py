@@ -4,7 +4,8 @@ How far the periodic motion still is follows from the last steps between section
 `lumped.kernels.arrays.Convergence`, so that slow decay is not taken for rest. A
 distance adds up what each mode could do to a mesh at its worst phase: a mode that
 turns slowly while it decays would otherwise seem to rest whenever it passes through
-zero. What the integrator itself adds from period to period is never taken for motion.
+zero. Of gears that move in space the forces of bearings must have settled as well:
+motion along the axis strains the teeth little. What the integrator itself adds from period to period is never taken for motion.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ STEP_ROUNDOFF = 2.3e-16  # of a step of fixed size, relative to the deflection
 MAX_ROUNDOFF = 1e-6  # of the range: beyond it or the tolerance, noise hides no motion
 MIN_VIBRATION = 1e-6  # of the deflection: smallest amplitude that counts as vibration
 MIN_SCALE = 1e-30  # m
+MIN_FORCE_RANGE = 1e-3  # of the largest range of a bearing's force, for all of them
 
 
 @inlined
@@ -43,6 +45,18 @@ def update_limits(limits, s):
     for m in range(s.size):
         limits[0, m] = min(limits[0, m], s[m])
         limits[1, m] = max(limits[1, m], s[m])
+
+
+@inlined
+def update_force_limits(convergence, q):
+    """Keep the smallest and largest force of each bearing; see `Convergence.shapes`."""
+    limits, shapes = convergence.limits, convergence.shapes
+    for m in range(convergence.meshes, shapes.shape[0]):
+        force = 0.0
+        for i in range(q.size):
+            force += shapes[m, i] * q[i]
+        limits[0, m] = min(limits[0, m], force)
+        limits[1, m] = max(limits[1, m], force)
 
 
 @inlined
@@ -64,16 +78,24 @@ def begin_period(convergence):
 
 @inlined
 def set_scale(convergence):
-    """Range of deflection of each mesh over a period, never quite 0."""
+    """Range of deflection of each mesh over a period, never quite 0.
+
+    That of a bearing's force is not less than a part of the largest of all bearings.
+    """
     for m in range(convergence.scale.size):
         low, high = convergence.limits[0, m], convergence.limits[1, m]
         level = MIN_VIBRATION * max(abs(low), abs(high))
         convergence.scale[m] = max(high - low, level, MIN_SCALE)
+    largest = 0.0
+    for m in range(convergence.meshes, convergence.scale.size):
+        largest = max(largest, convergence.scale[m])
+    for m in range(convergence.meshes, convergence.scale.size):
+        convergence.scale[m] = max(convergence.scale[m], MIN_FORCE_RANGE * largest)
 
 
 @inlined
 def section_distance(convergence, one, two, three, second):
-    """Largest size of one - two in a mesh, over its scale; NaN is inf.
+    """Largest size of one - two in a mesh or bearing, over its scale; NaN is inf.
 
     one, two, three : sections (2, n)
     second : 1.0 for the second difference, one - two - (two - three), else 0.0

@@ -26,6 +26,7 @@ from lumped.kernels.convergence import (
     close_section,
     is_bounded,
     set_error_bound,
+    update_force_limits,
     update_limits,
 )
 from lumped.kernels.friction import record_friction, set_friction_acceleration
@@ -178,6 +179,7 @@ def settle_motion(system, samples, limit, state, convergence, max_periods):
         for k in range(steps):
             rk4_step(system, samples, k, q, v, work, s, scratch)
             update_limits(convergence.limits, s)
+            update_force_limits(convergence, q)
             if not is_bounded(q, v, limit):
                 return NOT_FINITE, (k + 1) / steps, False
         set_error_bound(convergence, steps)

@@ -332,7 +332,7 @@ def max_common_periods(
 def periods_to_settle(
     system: LumpedSystem, frequency: float, settings: SteadySettings
 ) -> int:
-    """Twice the periods in which modes that matter to the meshes decay, within limits.
+    """Twice the periods in which modes that matter decay, within limits.
 
     The decay is from the range of deflection down to the tolerance.
     """
@@ -341,9 +341,9 @@ def periods_to_settle(
         least_periods = min(least_periods, MIN_COUPLED_PERIODS)
     elif system.rolling is not None:  # never repeats: decay alone matters
         least_periods = min(least_periods, MIN_ROLLING_PERIODS)
-    slowest_decay_rate = float(
-        system.modes.angular[mesh_mode_mask(system)].min(initial=math.inf)
-    )
+    # in space bearings feel every mode
+    felt = mesh_mode_mask(system) if system.space is None else system.moving
+    slowest_decay_rate = float(system.modes.angular[felt].min(initial=math.inf))
     slowest_decay_rate *= system.train.damping_ratio
     if not slowest_decay_rate > 0.0:
         return least_periods
@@ -377,23 +377,32 @@ def empty_history(system: LumpedSystem) -> History:
 
 
 def new_convergence(
-    shapes: Array, angular: Array, settings: SteadySettings, cycles: int = 1
+    shapes: Array,
+    angular: Array,
+    settings: SteadySettings,
+    cycles: int = 1,
+    forces: Array | None = None,
 ) -> Convergence:
     """Empty convergence check for coordinates (n,) with mesh deflections (m, n).
 
     cycles : cycles of the first mesh in a common period
+    forces : of bearings (b, n), which must settle too, if any
     """
     from lumped.kernels.arrays import Convergence
 
     meshes = shapes.shape[0]
+    if forces is not None:
+        shapes = np.concatenate([shapes, forces])
+    rows = shapes.shape[0]
     return Convergence(
         sections=np.zeros((2 * settings.multiples + 2, 2, angular.size)),
         shapes=shapes,
         angular=angular,
         tolerance=settings.tolerance,
-        limits=np.zeros((2, meshes)),
-        error_bound=np.zeros(meshes),
-        scale=np.empty(meshes),
+        meshes=meshes,
+        limits=np.zeros((2, rows)),
+        error_bound=np.zeros(rows),
+        scale=np.empty(rows),
         counts=np.zeros(3, np.int64),
         earlier_steps=settings.earlier_steps,
         accept_immediately=cycles >= LONG_COMMON_PERIOD,

@@ -70,7 +70,8 @@ class LumpedStepper:
     def new_convergence(self, state: Array, settings: Settings) -> Convergence:
         system, cycles = self.system, self.system.common_period[0]
         convergence = new_convergence(
-            system.deflection_rows, system.angular, settings, cycles
+            *(system.deflection_rows, system.angular, settings, cycles),
+            forces=system.bearing_rows,
         )
         convergence.sections[0] = self.section_of(state).reshape(2, -1)
         return convergence

@@ -453,6 +453,15 @@ class LumpedSystem(ShortRepr):
             return hubs
         return np.concatenate([hubs, self.contacts.body_modes.angular])
 
+    @cached_property
+    def bearing_rows(self) -> Array | None:
+        """Forces (3 b, n) of bearings over the modes, of gears that move in space."""
+        if self.space is None:
+            return None
+        over_displacement, _ = self.space.bearing_forces
+        of_coordinates = over_displacement.reshape(-1, self.space.count)
+        return np.asarray(of_coordinates @ self.modes.shapes[:, self.moving])
+
     def rotation_row(self, gear: int) -> Array | None:
         """Rotation of a gear per coordinate of the train.
 
