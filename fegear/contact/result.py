@@ -60,7 +60,8 @@ class Over:
 
     axes : letters of torques (t), positions (n), pairs (k), slices (m) and both gears
         or ends (g), of positions at which slopes were asked for (s), of sizes of a
-        lead (l), of sought depths of a topography (h) and of changes of the flanks (c)
+        lead (l), of sought depths of a topography (h), of changes of the flanks (c)
+        and of motions of an axis (a)
     empty : value of a pair without contact, and where nothing is filled in
     back : seen from the drive side on back flanks: REVERSED, THROUGH_BACKLASH or as is
     """
@@ -115,6 +116,9 @@ class FaceLoads(ShortRepr):
         of the loads that belong to the transmission error and to the motions of the
         axes of driver and driven gear, see `fegear.contact.width.supports`. Of no
         motions where axes are held.
+    axis_loads : (t, n, 2, 5) array
+        Loads on driver and driven gear that belong to the motions of their axes. Of no
+        motions where loads are uniform.
     groove : float
         Width between the halves of double helical gears, in the middle, else 0 [m].
     """
@@ -131,6 +135,7 @@ class FaceLoads(ShortRepr):
     coupling: Annotated[Array, Over("tnkk")]
     load_change: Annotated[Array, Over("tskmc")]
     rigid_stiffness: Annotated[Array, Over("tnqq")]
+    axis_loads: Annotated[Array, Over("tnga")]
     groove: float = 0.0
 
     @property

@@ -10,7 +10,6 @@ so that the last one has the bearings' own law.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -150,21 +149,19 @@ def loads_on_axes(problem: ContactProblem, cycle: ContactCycle) -> Array:
 
     At its first torque; see `fegear.contact.width.supports`.
     """
-    face, solver = cycle.face, problem.solver
-    offsets: Sequence[float] = (0.0, 0.0)
-    if isinstance(solver, WidthContact):
-        offsets = solver.offsets
-    force = face.load[0] * face.slice_length
-    place = np.broadcast_to(face.place, force.shape).ravel()
+    face = cycle.face
+    if isinstance(problem.solver, WidthContact):
+        return face.axis_loads[0]
+    # uniform over the width, in its middle
+    force = (face.load[0] * face.slice_length)[..., 0, None]
     wrenches = unit_wrenches(
         (problem.pair.driver, problem.pair.driven),
         face.base_helix_angle,
         face.arc[0].reshape(-1, 2),
-        (place + offsets[0], place + offsets[1]),
+        (np.zeros(force.size), np.zeros(force.size)),
     )
-    of_slices = force.reshape(len(force), -1, 1)
     by_gear = [
-        (of_slices * wrench.reshape(len(force), -1, MOTIONS)).sum(axis=1)
+        (force * wrench.reshape(*force.shape[:2], MOTIONS)).sum(axis=1)
         for wrench in wrenches
     ]
     return np.stack(by_gear, axis=1)

@@ -5,7 +5,8 @@ How far the periodic motion still is follows from the last steps between section
 distance adds up what each mode could do to a mesh at its worst phase: a mode that
 turns slowly while it decays would otherwise seem to rest whenever it passes through
 zero. Of gears that move in space the forces of bearings must have settled as well:
-motion along the axis strains the teeth little. What the integrator itself adds from period to period is never taken for motion.
+motion along the axis strains the teeth little. What the integrator itself adds from
+period to period is never taken for motion.
 """
 
 from __future__ import annotations

@@ -55,12 +55,12 @@ def test_slow_motion_tends_to_the_statics_of_the_machine():
     of_statics = np.concatenate(list(reactions(machine, cycle)), axis=1)
     scale = np.abs(of_statics).max()
     assert forces.mean(axis=0) == pytest.approx(
-        of_statics.mean(axis=0), abs=1e-3 * scale
+        of_statics.mean(axis=0), abs=2e-4 * scale
     )
     wandering = of_statics.std(axis=0)
     assert wandering.max() > 5.0
     assert forces.std(axis=0) == pytest.approx(
-        wandering, rel=0.02, abs=1e-3 * wandering.max()
+        wandering, rel=5e-3, abs=1e-3 * wandering.max()
     )
 
 

@@ -272,4 +272,5 @@ def _uniform_loads(
         coupling=np.empty((*cells.shape[:2], 0, 0)),
         load_change=np.empty((cells.shape[0], 0, cells.shape[2], 1, 0)),
         rigid_stiffness=np.empty((*cells.shape[:2], 0, 0)),
+        axis_loads=np.empty((*cells.shape[:2], 2, 0)),
     )

@@ -238,6 +238,12 @@ class Slices:
         approach = np.column_stack([self.closing[touches], *(-p for p in wrenches)])
         return np.asarray(approach.T @ np.linalg.solve(tangent, approach))
 
+    def axis_loads(self, solved: SliceLoads) -> Array:
+        """Loads (2, 5) on the axes of driver and driven gear."""
+        touches = np.flatnonzero(solved.load > 0.0)
+        wrenches = self.compliance.unit_wrenches(self.parts.chosen(touches))
+        return np.stack([solved.load[touches] @ wrench for wrench in wrenches])
+
     def slopes_of(
         self,
         solved: SliceLoads,

@@ -28,7 +28,6 @@ from lumped.common.array_types import Array, Indices
 from lumped.common.workers import require_running
 
 FIRST_GUESS = 40.0  # ste over load per width times 1/E1' + 1/E2', generous
-SHORTEST = 1e-30  # line of contact [m] in place of none
 LIMIT_GROWTH = 1.001  # for what other torques and round-off change
 
 
@@ -114,6 +113,7 @@ def _empty_cycle(
     sizes |= {"m": face.slices, "g": 2, "l": len(LEAD_SIZES), "c": len(changes)}
     sizes["s"] = places.position.size if changes else 0
     sizes["h"] = sought_depths(solver.problem) if changes else 0
+    sizes["a"] = MOTIONS
     sizes["q"] = 0 if face.supports is None else 1 + 2 * MOTIONS
     twist_lead = pair.driver.base_radius * face.driver.kernel.twist * face.places
     loads = empty_values(
@@ -184,11 +184,14 @@ def _store(
     face.coupling[at] = others * (chosen @ slices.smooth @ chosen.T) / cosine**2
     if cycle.face.rigid_stiffness.size:
         cycle.face.rigid_stiffness[at] = slices.rigid_stiffness(solved)
-    length = np.zeros((count, m))
-    np.add.at(length, (parts.pair, lines.slices), parts.length)
-    weighted = parts.length[:, None] * parts.arcs
-    np.add.at(face.arc[at], (parts.pair, lines.slices), weighted)
-    face.arc[at] /= np.maximum(length, SHORTEST)[..., None]
+    cycle.face.axis_loads[at] = slices.axis_loads(solved)
+    # of a slice that carries, parts of its line that do not are left out
+    of_slices = parts.pair, lines.slices
+    share = np.where(face.load[at][of_slices] > 0.0, force, parts.length)
+    whole = np.zeros((count, m))
+    np.add.at(whole, of_slices, share)
+    share /= np.maximum(whole[of_slices], TINY)
+    np.add.at(face.arc[at], of_slices, share[:, None] * parts.arcs)
     pressure = compliance.pressure(force, parts)
     np.maximum.at(face.pressure[at], (parts.pair, lines.slices), pressure)
     cycle.pressure[at] = face.pressure[at].max(axis=1)

@@ -17,6 +17,7 @@ from fegear.contact.pairs import back_side_position
 from fegear.contact.plane.contact import PlaneContact
 from fegear.contact.result import DECLARED, ContactCycle, FaceLoads, joined_cycles
 from fegear.contact.solve import coupling_of_pairs, solve_cycle
+from fegear.contact.width.supports import MOTIONS
 from fegear.gearset.modifications import LEAD_SIZES
 
 TORQUES = [60.0, 100.0]
@@ -51,6 +52,7 @@ def test_fields_are_over_what_they_declare(cycle):
     face = cycle.face
     sizes = {"t": 2, "n": 8, "k": cycle.teeth.size, "m": face.place.size, "g": 2}
     sizes |= {"l": len(LEAD_SIZES), "h": 0, "c": 0, "q": 0}
+    sizes["a"] = 0 if face.is_uniform else MOTIONS
     for values in (cycle, face):
         for name, over in DECLARED[type(values)].items():
             sizes["s"] = 0 if name.endswith(("_slope", "_change")) else sizes["n"]

@@ -14,7 +14,6 @@ from fegear.contact.width.supports import (
     MOTIONS,
     AxisSupports,
     GearSupport,
-    unit_wrenches,
 )
 
 HELD = GearSupport(np.zeros((MOTIONS, MOTIONS)), np.zeros(MOTIONS))
@@ -37,20 +36,6 @@ def moved(*motions):
     return GearSupport(HELD.compliance, np.array(motions) / TORQUE)
 
 
-def loads_of(contact, cycle, at):
-    """Loads (2, 5) on driver and driven gear at a position, by its index."""
-    face = cycle.face
-    force = (face.load[0, at] * face.slice_length).ravel()
-    place = np.broadcast_to(face.place, face.load.shape[2:]).ravel()
-    wrenches = unit_wrenches(
-        (contact.pair.driver, contact.pair.driven),
-        face.base_helix_angle,
-        face.arc[0, at].reshape(-1, 2),
-        (place, place),
-    )
-    return [force @ wrench for wrench in wrenches]
-
-
 def random_compliance(rng):
     """Symmetrical and positive, of a size that matters beside the teeth."""
     root = rng.normal(size=(MOTIONS, MOTIONS))
@@ -66,12 +51,29 @@ def test_forces_are_those_of_the_torque(kind):
     pair = contact.pair
     push = TORQUE / pair.driver_arm
     for at in range(PLACES.size):
-        driver, driven = loads_of(contact, cycle, at)
+        driver, driven = cycle.face.axis_loads[0, at]
         # flanks without relief touch on the path of contact
         assert driver[:2] == pytest.approx([-push, 0.0], rel=1e-9)
         assert driven[:3] == pytest.approx(-driver[:3], rel=1e-9)
         axial = TORQUE * pair.driver.twist * pair.driver.sign
         assert driver[2] == pytest.approx(-axial, rel=1e-9, abs=1e-9 * push)
+
+
+@pytest.mark.parametrize("kind", CASES)
+def test_moments_of_both_gears_balance(kind):
+    """The axial force alone has an arm from one axis to the other.
+
+    Wherever lines of contact end within a slice.
+    """
+    contact = problem(corner_contact=False, gap=slope(3e-6), **CASES[kind])
+    face = solve_cycle(contact, TORQUE, np.arange(16) / 16).face
+    driver, driven = np.moveaxis(face.axis_loads[0], 1, 0)
+    both = (driver + driven)[:, 3:]
+    pair = contact.pair
+    bases = pair.driver.base_radius + pair.driven.base_radius
+    expected = np.outer(driven[:, 2], [pair.line_of_action, bases])
+    scale = np.abs(driver[:, 3:]).max()
+    np.testing.assert_allclose(both, expected, atol=1e-9 * scale)
 
 
 @pytest.mark.parametrize("kind", CASES)
@@ -86,7 +88,7 @@ def test_a_yielding_axis_is_one_that_its_own_loads_have_moved(kind):
     held = solve_cycle(contact, TORQUE, PLACES)
     assert np.abs(expected.ste - held.ste).max() > 0.05 * np.ptp(held.face.load) / 1e12
     for at in range(PLACES.size):
-        loads = loads_of(contact, expected, at)
+        loads = expected.face.axis_loads[0, at]
         axes = [
             moved(*(one @ load)) for one, load in zip(compliances, loads, strict=True)
         ]
@@ -144,7 +146,7 @@ def test_stiffness_against_rigid_motions_is_that_of_moved_axes(kind):
     stiffness = base.face.rigid_stiffness[0, at]
     assert stiffness == pytest.approx(stiffness.T, rel=1e-9, abs=1e-9 * stiffness.max())
     assert stiffness[0, 0] == pytest.approx(base.local_stiffness[0, at], rel=0.1)
-    before = np.concatenate(loads_of(contact, base, at))
+    before = base.face.axis_loads[0, at].ravel()
     for gear in range(2):
         for motion in range(MOTIONS):
             q = np.zeros(MOTIONS)
@@ -157,7 +159,7 @@ def test_stiffness_against_rigid_motions_is_that_of_moved_axes(kind):
             rigid[1 + MOTIONS * gear :][:MOTIONS] = q
             # loads on the gears are against the stiffness of their motions
             expected = -(stiffness @ rigid)[1:]
-            loads = np.concatenate(loads_of(contact, after, at)) - before
+            loads = after.face.axis_loads[0, at].ravel() - before
             force = stiffness[0, 0] * step
             scale = np.array([force] * 3 + [force * WIDTH] * 2)
             assert (np.abs(loads - expected) < 0.02 * np.tile(scale, 2)).all()
