@@ -150,20 +150,18 @@ def test_a_slope_takes_a_misalignment_away(helix_angle_deg):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "goal", ["distribution", "pressure", "line_load", "root_stress", "largest"]
-)
-def test_no_crowning_and_slope_of_a_grid_is_better(goal):
-    """A grid of 400 designs, in the worst of three misalignments."""
+def test_no_crowning_and_slope_of_a_grid_is_better():
+    """A grid of 400 designs, in the worst of three misalignments, for every goal."""
     sought = lead_problem(18.0, ("crowning", "slope"), (-4e-6, 2e-6, 8e-6))
-    objective = ReliefObjective(goal)
-    sought = replace(sought, quantities=objective.quantities)
-    best = find_best_relief(sought, starting_designs(sought, 5), objective)
     grid = itertools.product(*(np.linspace(*ends, 20) for ends in sought.bounds))
-    values = [objective.of(sought.values(np.array(x))) for x in grid]
-    assert best.value <= 1.002 * min(values)
-    assert best.evaluations < 100
-    assert best.value < 0.95 * objective.of(sought.values(np.zeros(2)))
+    values, none = [sought.values(np.array(x)) for x in grid], np.zeros(2)
+    for goal in (*OVER_WIDTH, "root_stress", "largest"):
+        objective = ReliefObjective(goal)
+        alone = replace(sought, quantities=objective.quantities)
+        best = find_best_relief(alone, starting_designs(alone, 5), objective)
+        assert best.value <= 1.002 * min(map(objective.of, values)), goal
+        assert best.evaluations < 100, goal
+        assert best.value < 0.95 * objective.of(alone.values(none)), goal
 
 
 @pytest.fixture

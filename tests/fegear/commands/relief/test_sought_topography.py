@@ -114,19 +114,19 @@ def test_an_idle_topography_is_left_out():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("goal", ["pressure", "root_stress", "largest"])
-def test_no_topography_of_a_grid_is_better(goal):
-    """All of 6 depths at each of 4 points, in the worst of two misalignments."""
+def test_no_topography_of_a_grid_is_better():
+    """250 of 6 depths at each of 4 points, in the worst of two misalignments."""
     sought = sought_problem(18.0, (2, 2), (-4e-6, 8e-6))
-    objective = ReliefObjective(goal)
-    sought = replace(sought, quantities=objective.quantities)
-    best = find_best_relief(sought, starting_designs(sought, 5), objective)
     depths = np.linspace(0.0, 20.0, 6)
     grid = [x for x in itertools.product(depths, repeat=4) if min(x) == 0.0]
     chosen = np.random.default_rng(2).choice(len(grid), 250, replace=False)
-    values = [objective.of(sought.values(np.array(grid[i]))) for i in chosen]
-    assert best.value <= 1.002 * min(values)
-    assert best.value < 0.98 * objective.of(sought.values(np.zeros(4)))
+    values = [sought.values(np.array(grid[i])) for i in chosen]
+    for goal in ("pressure", "root_stress", "largest"):
+        objective = ReliefObjective(goal)
+        alone = replace(sought, quantities=objective.quantities)
+        best = find_best_relief(alone, starting_designs(alone, 5), objective)
+        assert best.value <= 1.002 * min(map(objective.of, values)), goal
+        assert best.value < 0.98 * objective.of(alone.values(np.zeros(4))), goal
 
 
 def test_the_written_gear_set_has_what_is_shown(tmp_path):
