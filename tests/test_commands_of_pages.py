@@ -41,6 +41,7 @@ FEWER_SPEEDS = {
     "--rpm 1000:4500:100": "--rpm 2400:2500:100",
     "--rpm 1000:6000:500": "--rpm 5000:5500:500",
     "--max-rpm 4500 --points 46": "--max-rpm 4500 --points 3 --modes 4",
+    "--max-rpm 12000 --points 121": "--max-rpm 12000 --points 3 --resolution coarse",
     "--speeds 1000:4000:50 --designs 30": "--speeds 2400:2800:200 --designs 4",
     "sweep liu-idler -o s.csv": (
         "sweep liu-idler --resolution coarse --speeds 2000 -o s.csv"
